@@ -10,8 +10,7 @@ use stm32f4::stm32f405::Peripherals;
 
 use crate::board::clock::Clocks;
 use crate::board::counter;
-use crate::board::serial::{self, Port, Ports};
-use crate::timed;
+use crate::board::serial::{self, Port};
 
 /// Each byte once, in no order.
 const SENT: [u8; 256] = {
@@ -39,21 +38,14 @@ pub fn all(chip: &Peripherals, clocks: &Clocks) {
     chip.USART2.cr3().modify(|_, w| w.hdsel().set_bit());
     chip.USART3.cr3().modify(|_, w| w.hdsel().set_bit());
     chip.UART4.cr3().modify(|_, w| w.hdsel().set_bit());
-    let SerialLines {
-        sensor_baud: fast,
-        receiver_baud: slow,
-        ..
-    } = SerialLines::DEFAULT;
-    let Ports {
-        usart1,
-        usart2,
-        usart3,
-        uart4,
-    } = ports;
-    returns("USART1", usart1, fast);
-    returns("USART2", usart2, fast);
-    returns("USART3", usart3, slow);
-    returns("UART4", uart4, COMMAND_BAUD);
+    let (fast, slow) = (
+        SerialLines::DEFAULT.sensor_baud,
+        SerialLines::DEFAULT.receiver_baud,
+    );
+    returns("USART1", ports.usart1, fast);
+    returns("USART2", ports.usart2, fast);
+    returns("USART3", ports.usart3, slow);
+    returns("UART4", ports.uart4, COMMAND_BAUD);
 }
 
 /// What a line sends comes back, unchanged and at this rate.
@@ -65,33 +57,19 @@ fn returns(name: &str, mut port: Port, baud: u32) {
     while counter::low().wrapping_sub(begun) < 10 * byte_us {
         let _ = port.receive(&mut came); // of the change to half-duplex
     }
-    let ((count, lost), us) = timed(|| {
-        let begun = counter::low();
-        let mut lost = port.send(&SENT).is_err();
-        let mut count = 0;
-        while count < SENT.len() && counter::low().wrapping_sub(begun) < 2 * due_us {
-            match port.receive(&mut came[count..]) {
-                Ok(more) => count += more,
-                Err(_) => lost = true,
-            }
+    let begun = counter::low();
+    let mut lost = port.send(&SENT).is_err();
+    let (mut count, mut us) = (0, 0);
+    while count < SENT.len() && us < 2 * due_us {
+        match port.receive(&mut came[count..]) {
+            Ok(more) => count += more,
+            Err(_) => lost = true,
         }
-        (count, lost)
-    });
-    hprintln!(
-        "{} at {} bit/s: {} bytes came back in {} us",
-        name,
-        baud,
-        count,
-        us
-    );
+        us = counter::low().wrapping_sub(begun);
+    }
+    hprintln!("{}: {} bytes in {} us", name, count, us);
     let whole = count == SENT.len() && !lost && came == SENT;
-    assert!(
-        whole,
-        "{name}: {count} of {} bytes, lost {lost}; does something hold its TX pin?",
-        SENT.len()
-    );
-    assert!(
-        us.abs_diff(due_us) <= due_us / 50 + 2 * byte_us,
-        "{name}: {due_us} us were due"
-    );
+    assert!(whole, "lost {lost}; does something hold the TX pin?");
+    let off = us.abs_diff(due_us);
+    assert!(off <= due_us / 50 + 2 * byte_us, "{due_us} us are due");
 }

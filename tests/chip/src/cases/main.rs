@@ -98,7 +98,6 @@ mod cases {
 
     /// Seconds of the host that the clock is compared with. A call of the host takes up to 0.1 s.
     const SECONDS: usize = 5;
-    const SAMPLES: u16 = 25;
 
     #[init]
     fn init() -> Bench {
@@ -112,37 +111,21 @@ mod cases {
         if !bench.is_chip() {
             return;
         }
-        let Clocks {
-            source,
-            core,
-            crystal,
-            ..
-        } = bench.clocks;
-        let (built, used, khz) = (crystal.built_mhz, crystal.used_mhz, crystal.measured_khz);
-        hprintln!(
-            "core at {} Hz by {:?}, which has {} kHz by the internal oscillator",
-            core,
-            source,
-            khz
-        );
+        let (source, crystal) = (bench.clocks.source, bench.clocks.crystal);
+        hprintln!("core at {} Hz, {:?}", bench.clocks.core, source);
+        hprintln!("{:?}", crystal);
         let ((first, begun), mut now) = (host_second(), host_second());
         while now.0 - first < SECONDS {
             now = host_second();
         }
         let us = now.1.wrapping_sub(begun) / (now.0 - first) as u32;
-        hprintln!("a second of the host is {} us by the core's clock", us);
-        assert!(
-            source == ClockSource::Crystal,
-            "no crystal of 4 to 26 MHz, or the PLL does not lock"
-        );
-        assert!(
-            built == used,
-            "built for {built} MHz; remedy: LRNN_CRYSTAL_MHZ={used} cargo xtask ..."
-        );
-        assert!(
-            us.abs_diff(1_000_000) < 40_000,
-            "the core has another clock"
-        );
+        hprintln!("a second of the host is {} us here", us);
+        let runs = source == ClockSource::Crystal;
+        assert!(runs, "no crystal of 4 to 26 MHz, or no lock of the PLL");
+        let (built, used) = (crystal.built_mhz, crystal.used_mhz);
+        assert!(built == used, "remedy: set LRNN_CRYSTAL_MHZ={used}");
+        let off = us.abs_diff(1_000_000);
+        assert!(off < 40_000, "the core has another clock");
     }
 
     /// Both sectors hold every word and become blank again, and records are found in them.
@@ -193,20 +176,21 @@ mod cases {
         let due = bench.clocks.core / 1_000_000;
         hprintln!("{} cycles a microsecond; {} are due", each_us, due);
         assert!(each_us.abs_diff(due) <= 2, "core and timers disagree");
-        let (gyro, accel) = (1e-4, 0.1);
-        let (rad, mps) = (1e-7, 1e-4);
-        let limit = Limit { gyro, accel };
-        let nets = [net::<Rational>(), net::<Rational>()];
-        let made = Compensator::new(nets[0], nets[1], Lsb { rad, mps }, 0.04, SAMPLES, limit);
-        let compensator = made.expect("plausible values");
+        let limit = Limit {
+            gyro: 1e-4,
+            accel: 0.1,
+        };
+        let lsb = Lsb {
+            rad: 1e-7,
+            mps: 1e-4,
+        };
+        let net = net::<Rational>();
+        let compensator = Compensator::new(net, net, lsb, 0.04, 25, limit).expect("plausible");
         let mut state = compensator.power_on(false);
         let (mut all, mut worst) = (0, 0);
         for n in 0..1000 {
-            let sample = RawSample::Counts {
-                gyro: [n, -n, 7],
-                accel: [n, 100, 3900],
-            };
-            let mut sample = black_box(sample);
+            let (gyro, accel) = ([n, -n, 7], [n, 100, 3900]);
+            let mut sample = black_box(RawSample::Counts { gyro, accel });
             let begun = DWT::cycle_count();
             compensator.accumulate(&mut state, &sample);
             compensator.correct(&mut state, 0, &mut sample);
@@ -215,14 +199,8 @@ mod cases {
             all += cycles;
             worst = worst.max(cycles);
         }
-        hprintln!(
-            "a sample corrected: {} cycles, at a block's end {}",
-            all / 1000,
-            worst
-        );
-        assert!(
-            worst < bench.clocks.core / 2000,
-            "longer than a period of 2000 Hz"
-        );
+        let mean = all / 1000;
+        hprintln!("a sample: {} cycles, at a block's end {}", mean, worst);
+        assert!(worst < bench.clocks.core / 2000, "longer than a period");
     }
 }
