@@ -13,7 +13,7 @@ use firmware::configuration::{Configuration, Sensor};
 use firmware::control::{Mode, Window};
 use firmware::model::IMAGES_LEN;
 use firmware::wire::command::{
-    self, Estimate, Health, MAX_CHUNK, MAX_PACKET, Request, Reset, Response,
+    self, Counters, Estimate, Health, MAX_CHUNK, MAX_PACKET, Request, Reset, Response,
 };
 use firmware::wire::framer::LONGEST;
 use firmware::wire::{Fields, ImuFormat};
@@ -298,6 +298,17 @@ fn answer(line: &mut TcpStream, number: u8, request: &[u8]) -> Result<Option<Est
 pub fn health(line: &mut TcpStream) -> Result<Health> {
     state(line, &Request::GetHealth, |answer| match answer {
         Response::Health(health) => Some(health),
+        _ => None,
+    })
+}
+
+/// Its counters.
+///
+/// # Errors
+/// As [`serve`].
+pub fn counters(line: &mut TcpStream) -> Result<Counters> {
+    state(line, &Request::GetCounters, |answer| match answer {
+        Response::Counters(counters) => Some(counters),
         _ => None,
     })
 }

@@ -1,0 +1,308 @@
+//! A trial: where the board is stopped, which bit flips, and what becomes of it.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::time::Duration;
+
+use anyhow::{Context, Result, ensure};
+use host_device::hil::Input;
+use qemu::protocol::{counters, health, reset};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use upsets::device::DeviceOutput;
+use upsets::judge::{Judge, Verdict};
+
+use crate::board::{Moment, Running};
+
+/// What the board does when it is stopped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Work {
+    /// The frame path, for a frame.
+    Frame,
+    /// The frame path and the learner, for the frame that ends a block.
+    Block,
+    /// The learner, for a fix.
+    Fix,
+    /// The frame path, which has interrupted the learner.
+    Both,
+}
+
+/// A flip.
+#[derive(Debug)]
+pub struct Flip {
+    work: Work,
+    function: String,
+    pc: u32,
+    exception: u32,
+    sp: u32,
+    address: u32,
+    bit: u8,
+}
+
+impl fmt::Display for Flip {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Self { work, function, pc, exception, sp, address, bit } = self;
+        let above = address - sp;
+        write!(
+            f,
+            "{work:?}, pc {pc:#x} in exception {exception}, after {function}: \
+             {address:#x}, {above} bytes above the stack pointer, bit {bit}"
+        )
+    }
+}
+
+/// A record, and the functions that are called for it, each with the number of its calls.
+struct Called {
+    record: usize,
+    functions: BTreeMap<u32, u32>,
+}
+
+/// Trials from one moment on.
+pub struct Trials<'m> {
+    moment: &'m Moment,
+    names: BTreeMap<u32, String>,
+    sleeps: Vec<u32>,
+    called: [Called; 3],
+    judge: Judge,
+}
+
+/// A board that has been stopped, and how many bytes of the frame after it have come already.
+struct Stopped<'m> {
+    running: Running<'m>,
+    record: usize,
+    both: bool,
+    function: u32,
+}
+
+/// How long the board may run until it stops.
+const PATIENCE: Duration = Duration::from_secs(30);
+/// Calls of a function that are counted.
+const CALLS: u32 = 16;
+
+impl<'m> Trials<'m> {
+    /// Finds what the board does for some records.
+    pub fn new(moment: &'m Moment) -> Result<Self> {
+        let names = moment.functions()?;
+        let none = |record| Called { record, functions: BTreeMap::new() };
+        let fix = moment.records.iter().position(|r| r.input == Input::Gnss);
+        let mut trials = Self {
+            moment,
+            names,
+            sleeps: moment.sleeps()?,
+            called: [none(20), none(0), none(fix.context("no fix")?)],
+            judge: judge(moment, DeviceOutput::default())?,
+        };
+        let began = std::time::Instant::now();
+        trials.called[1].record = trials.end_of_block()?;
+        eprintln!("DBG block {} {:?}", trials.called[1].record, began.elapsed());
+        for number in 0..3 {
+            trials.called[number].functions = trials.functions(trials.called[number].record)?;
+            eprintln!("DBG {number} record {} {} functions {:?}", trials.called[number].record, trials.called[number].functions.len(), began.elapsed());
+        }
+        let without = |work| -> Result<DeviceOutput> {
+            let stopped = trials.stopped(work, &mut ChaCha8Rng::seed_from_u64(0))?;
+            Ok(trials.after(stopped)?.0)
+        };
+        let [frame, block, fix, both] = [Work::Frame, Work::Block, Work::Fix, Work::Both];
+        let first = without(frame)?;
+        for work in [frame, block, fix, both] {
+            eprintln!("DBG without {:?}", began.elapsed());
+            ensure!(without(work)? == first, "{work:?}: being stopped changes what leaves");
+        }
+        trials.judge = judge(moment, first)?;
+        Ok(trials)
+    }
+
+    /// The first frame that ends a block.
+    fn end_of_block(&self) -> Result<usize> {
+        let name = |name: &str| name.contains("ompensator") && name.ends_with("end_block");
+        let place = self.names.iter().find(|(_, text)| name(text));
+        let place = *place.context("no end of a block")?.0;
+        let mut running = self.moment.board()?;
+        running.debugger()?.stop_at(place, true)?;
+        running.debugger()?.run()?;
+        for record in 0..self.moment.records.len() {
+            running.record(record, 0)?;
+            if running.debugger()?.wait(Duration::from_millis(1))? {
+                return Ok(record);
+            }
+        }
+        anyhow::bail!("no block ends")
+    }
+
+    /// The functions that are called for a record until the board sleeps, and how often, up to a
+    /// number.
+    fn functions(&self, record: usize) -> Result<BTreeMap<u32, u32>> {
+        let mut running = self.moment.board()?;
+        running.up_to(record, false)?;
+        running.ticks(false)?;
+        running.last_byte(record)?;
+        let debugger = running.debugger()?;
+        debugger.step()?; // wakes up
+        let all = self.names.keys().copied();
+        for place in all.chain(self.sleeps.iter().copied()) {
+            debugger.stop_at(place, true)?;
+        }
+        let mut called = BTreeMap::new();
+        loop {
+            debugger.run()?;
+            ensure!(debugger.wait(PATIENCE)?, "it does not sleep any more");
+            let place = debugger.get(15)?;
+            if self.sleeps.contains(&place) {
+                return Ok(called);
+            }
+            let calls = called.entry(place).or_insert(0);
+            *calls += 1;
+            if *calls == CALLS {
+                debugger.stop_at(place, false)?;
+            }
+            debugger.step()?;
+        }
+    }
+
+    /// A board that is stopped at random in this work.
+    fn stopped(&self, work: Work, random: &mut ChaCha8Rng) -> Result<Stopped<'m>> {
+        let [frame, block, fix] = &self.called;
+        let (at, both) = match work {
+            Work::Frame => (frame, false),
+            Work::Block => (block, false),
+            Work::Fix => (fix, false),
+            Work::Both => (fix, true),
+        };
+        let mut running = self.moment.board()?;
+        running.up_to(at.record, both)?;
+        running.ticks(false)?;
+        running.last_byte(at.record)?;
+        running.debugger()?.step()?; // wakes up
+        let mut function = self.stop_in(&mut running, &at.functions, random)?;
+        if both {
+            running.last_byte(at.record + 1)?;
+            function = self.stop_in(&mut running, &frame.functions, random)?;
+        }
+        running.ticks(true)?;
+        Ok(Stopped { running, record: at.record, both, function })
+    }
+
+    /// Stops at one of the first calls of one of these functions, and some instructions later; or
+    /// where the board sleeps, if there are not so many calls.
+    fn stop_in(
+        &self,
+        running: &mut Running,
+        functions: &BTreeMap<u32, u32>,
+        random: &mut ChaCha8Rng,
+    ) -> Result<u32> {
+        let number = random.random_range(0..functions.len());
+        let (&function, &calls) = functions.iter().nth(number).context("no function")?;
+        let (calls, later) = (random.random_range(1..=calls), random.random_range(0..200));
+        let debugger = running.debugger()?;
+        let stops = || self.sleeps.iter().copied().chain([function]);
+        for place in stops() {
+            debugger.stop_at(place, true)?;
+        }
+        let mut sleeps = false;
+        for call in 0..calls {
+            if call > 0 {
+                debugger.step()?;
+            }
+            debugger.run()?;
+            ensure!(debugger.wait(PATIENCE)?, "it does not sleep any more");
+            sleeps = debugger.get(15)? != function;
+            if sleeps {
+                break;
+            }
+        }
+        for place in stops() {
+            debugger.stop_at(place, false)?;
+        }
+        for _ in 0..if sleeps { 0 } else { later } {
+            debugger.step()?;
+            if self.sleeps.contains(&debugger.get(15)?) {
+                break;
+            }
+        }
+        Ok(function)
+    }
+
+    /// A trial: half of the flips are at most 256 bytes from the stack pointer.
+    pub fn flipped(&self, number: u64) -> Result<(Flip, Verdict)> {
+        let mut random = ChaCha8Rng::seed_from_u64(number);
+        let works = [Work::Frame, Work::Block, Work::Fix, Work::Both];
+        let work = works[number as usize % works.len()];
+        let began = std::time::Instant::now();
+        let mut stopped = self.stopped(work, &mut random)?;
+        eprintln!("DBG stopped {:?}", began.elapsed());
+        let top = self.moment.symbol("_stack_start")?;
+        let debugger = stopped.running.debugger()?;
+        let sp = debugger.get(13)?;
+        let live = top.checked_sub(sp).context("no stack")?;
+        let near = if random.random() { live } else { live.min(256) };
+        let address = sp + random.random_range(0..near);
+        let bit = random.random_range(0..8);
+        let flip = Flip {
+            work,
+            function: self.names[&stopped.function].clone(),
+            pc: debugger.get(15)?,
+            exception: debugger.get(25)? & 0x1FF,
+            sp,
+            address,
+            bit,
+        };
+        let byte = debugger.read(address, 1)?[0];
+        debugger.write(address, &[byte ^ 1 << bit])?;
+        let (left, restarted) = self.after(stopped)?;
+        eprintln!("DBG after {:?}", began.elapsed());
+        let left = match left.after.last() {
+            Some(last) if last.is_empty() => return Ok((flip, worst(self.judged(&left), None))),
+            _ => left,
+        };
+        Ok((flip, worst(self.judged(&left), Some(restarted))))
+    }
+
+    fn judged(&self, left: &DeviceOutput) -> Verdict {
+        self.judge.judge(came(self.moment), left)
+    }
+
+    /// Lets it go on to the drive's end: what left, and whether it has restarted.
+    fn after(&self, stopped: Stopped) -> Result<(DeviceOutput, bool)> {
+        let Stopped { mut running, record, both, .. } = stopped;
+        running.debugger.take().context("it has left")?.go_on()?;
+        let bytes = |record: usize| self.moment.records[record].bytes.len();
+        running.record(record, bytes(record))?;
+        let rest = record + 1..self.moment.records.len();
+        for next in rest {
+            let sent = if both && next == record + 1 { bytes(next) } else { 0 };
+            running.record(next, sent)?;
+        }
+        let mut left = DeviceOutput { after: std::mem::take(&mut running.after), ..DeviceOutput::default() };
+        if !running.sends() {
+            return Ok((left, false));
+        }
+        let line = &mut running.live.command;
+        left.faults = health(line)?.faults;
+        let counters = counters(line)?;
+        left.mended = counters.mended;
+        let all = self.moment.records.len() as u32;
+        let restarted = reset(line)?.crash.is_some() || counters.frames < all;
+        Ok((left, restarted))
+    }
+}
+
+/// The verdict of tests/upsets, and what only a whole board shows. `restarted`: `None` where
+/// nothing is sent any more.
+fn worst(judged: Verdict, restarted: Option<bool>) -> Verdict {
+    match (judged, restarted) {
+        (Verdict::Beyond | Verdict::Forged, _) => judged,
+        (_, None) => Verdict::Hang,
+        (_, Some(true)) => Verdict::Fault,
+        (_, Some(false)) => judged,
+    }
+}
+
+fn judge(moment: &Moment, without: DeviceOutput) -> Result<Judge> {
+    Judge::new(moment.scenario, &moment.configuration, without).context("no such stream")
+}
+
+fn came(moment: &Moment) -> impl Iterator<Item = &[u8]> {
+    let frames = moment.records.iter().filter(|r| r.input == Input::Sensor);
+    frames.map(|r| r.bytes.as_slice())
+}
