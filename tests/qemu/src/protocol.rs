@@ -337,8 +337,10 @@ fn state<T>(
         line.write_all(request)?;
         if let Some(mut packet) = packet(line)? {
             let answer = command::decode::<Response>(&mut packet).ok();
-            let state = answer.and_then(|(_, answer)| of(answer));
-            return state.context("the board answers something else");
+            // another answer is late, to a request before
+            if let Some(state) = answer.and_then(|(_, answer)| of(answer)) {
+                return Ok(state);
+            }
         }
     }
     bail!("no answer after {TRIES} times")

@@ -26,6 +26,8 @@ const RAM: usize = 192 * 1024;
 const TIMER: u32 = 0x4000_0024;
 /// SysTick's control, with and without its interrupt.
 const SYSTICK: (u32, u32, u32) = (0xE000_E010, 7, 5);
+/// ICSR, and its bit that clears a SysTick that is pending.
+const PENDING_SYSTICK: (u32, u32) = (0xE000_ED04, 1 << 25);
 /// Status of the UARTs of sensor and receiver; this bit is set while a byte waits there.
 const STATUS: [u32; 2] = [0x4001_1000, 0x4000_4800];
 const WAITS: u8 = 1 << 5;
@@ -77,7 +79,6 @@ impl Moment {
         let drive = drive_configured(&configuration, ImuFormat::Stim300, &errors, seconds)?;
         let mut records = drive.records;
         let later = records.split_off(records.partition_point(|r| r.at_us < lead * 1_000_000));
-        let began = Instant::now();
         let mut live = Live::start(BOARDS[0], image)?;
         let mode = match scenario {
             Scenario::Bypass => Mode::Bypass,
@@ -98,7 +99,6 @@ impl Moment {
                 fix(&mut live, fixes, 60)?;
             }
         }
-        eprintln!("DBG driven {:?}", began.elapsed());
         let health = health(&mut live.command)?;
         ensure!(changed, "it does not correct: {health:?}");
         ensure!(
@@ -158,7 +158,10 @@ impl Moment {
         let functions = elf.symbols().filter(|s| s.kind() == SymbolKind::Text);
         let functions = functions.filter(|s| s.size() > 0);
         let named = |s: object::Symbol| {
-            let name = format!("{:#}", rustc_demangle::demangle(s.name().unwrap_or_default()));
+            let name = format!(
+                "{:#}",
+                rustc_demangle::demangle(s.name().unwrap_or_default())
+            );
             (s.address() as u32 & !1, name)
         };
         Ok(functions.map(named).collect())
@@ -193,7 +196,9 @@ fn places(elf: &[u8], halfword: u16) -> Result<Vec<u32>> {
     let text = elf.section_by_name(".text").context("no program")?;
     let halfwords = text.data()?.chunks(2).enumerate();
     let found = halfwords.filter(|(_, bytes)| *bytes == halfword.to_le_bytes());
-    Ok(found.map(|(n, _)| text.address() as u32 + 2 * n as u32).collect())
+    Ok(found
+        .map(|(n, _)| text.address() as u32 + 2 * n as u32)
+        .collect())
 }
 
 /// Where the board sleeps.
@@ -251,12 +256,14 @@ impl Running<'_> {
         idle(debugger, &moment.elf)
     }
 
-    /// SysTick interrupts, or not.
+    /// SysTick interrupts, or not: the time that the debugger takes would bring it at random.
     pub fn ticks(&mut self, ticks: bool) -> Result<()> {
-        let (address, with, without) = SYSTICK;
         let moment = self.moment;
-        let word = if ticks { with } else { without };
-        moment.store(self.debugger()?, address, word)
+        let debugger = self.debugger()?;
+        let (control, on, off) = SYSTICK;
+        moment.store(debugger, control, if ticks { on } else { off })?;
+        let (state, clear) = PENDING_SYSTICK;
+        moment.store(debugger, state, clear)
     }
 
     /// The last byte of a record comes while the board stands still.
@@ -304,7 +311,7 @@ impl Running<'_> {
     /// What leaves until it is a frame as long as this one, or until nothing comes any more.
     fn leaves(&mut self, frame: &[u8]) -> Result<Vec<u8>> {
         let (mut left, mut buffer) = (Vec::new(), [0; 4096]);
-        let mut limit = Duration::from_millis(1000);
+        let mut limit = Duration::from_secs(2);
         while left.len() != frame.len() || left[0] != frame[0] {
             self.live.navigation.set_read_timeout(Some(limit))?;
             match self.live.navigation.read(&mut buffer) {

@@ -41,7 +41,15 @@ pub struct Flip {
 
 impl fmt::Display for Flip {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let Self { work, function, pc, exception, sp, address, bit } = self;
+        let Self {
+            work,
+            function,
+            pc,
+            exception,
+            sp,
+            address,
+            bit,
+        } = self;
         let above = address - sp;
         write!(
             f,
@@ -83,7 +91,10 @@ impl<'m> Trials<'m> {
     /// Finds what the board does for some records.
     pub fn new(moment: &'m Moment) -> Result<Self> {
         let names = moment.functions()?;
-        let none = |record| Called { record, functions: BTreeMap::new() };
+        let none = |record| Called {
+            record,
+            functions: BTreeMap::new(),
+        };
         let fix = moment.records.iter().position(|r| r.input == Input::Gnss);
         let mut trials = Self {
             moment,
@@ -92,25 +103,26 @@ impl<'m> Trials<'m> {
             called: [none(20), none(0), none(fix.context("no fix")?)],
             judge: judge(moment, DeviceOutput::default())?,
         };
-        let began = std::time::Instant::now();
         trials.called[1].record = trials.end_of_block()?;
-        eprintln!("DBG block {} {:?}", trials.called[1].record, began.elapsed());
         for number in 0..3 {
             trials.called[number].functions = trials.functions(trials.called[number].record)?;
-            eprintln!("DBG {number} record {} {} functions {:?}", trials.called[number].record, trials.called[number].functions.len(), began.elapsed());
         }
-        let without = |work| -> Result<DeviceOutput> {
-            let stopped = trials.stopped(work, &mut ChaCha8Rng::seed_from_u64(0))?;
-            Ok(trials.after(stopped)?.0)
-        };
-        let [frame, block, fix, both] = [Work::Frame, Work::Block, Work::Fix, Work::Both];
-        let first = without(frame)?;
-        for work in [frame, block, fix, both] {
-            eprintln!("DBG without {:?}", began.elapsed());
-            ensure!(without(work)? == first, "{work:?}: being stopped changes what leaves");
+        trials.judge = judge(moment, trials.without(Work::Frame)?)?;
+        for work in [Work::Block, Work::Fix, Work::Both] {
+            let left = trials.without(work)?;
+            let verdict = trials.judged(&left);
+            ensure!(
+                verdict == Verdict::Same,
+                "without a flip, {work:?}: {verdict:?}"
+            );
         }
-        trials.judge = judge(moment, first)?;
         Ok(trials)
+    }
+
+    /// A trial without a flip.
+    fn without(&self, work: Work) -> Result<DeviceOutput> {
+        let stopped = self.stopped(work, &mut ChaCha8Rng::seed_from_u64(0))?;
+        Ok(self.after(stopped)?.0)
     }
 
     /// The first frame that ends a block.
@@ -180,7 +192,12 @@ impl<'m> Trials<'m> {
             function = self.stop_in(&mut running, &frame.functions, random)?;
         }
         running.ticks(true)?;
-        Ok(Stopped { running, record: at.record, both, function })
+        Ok(Stopped {
+            running,
+            record: at.record,
+            both,
+            function,
+        })
     }
 
     /// Stops at one of the first calls of one of these functions, and some instructions later; or
@@ -228,9 +245,7 @@ impl<'m> Trials<'m> {
         let mut random = ChaCha8Rng::seed_from_u64(number);
         let works = [Work::Frame, Work::Block, Work::Fix, Work::Both];
         let work = works[number as usize % works.len()];
-        let began = std::time::Instant::now();
         let mut stopped = self.stopped(work, &mut random)?;
-        eprintln!("DBG stopped {:?}", began.elapsed());
         let top = self.moment.symbol("_stack_start")?;
         let debugger = stopped.running.debugger()?;
         let sp = debugger.get(13)?;
@@ -250,7 +265,6 @@ impl<'m> Trials<'m> {
         let byte = debugger.read(address, 1)?[0];
         debugger.write(address, &[byte ^ 1 << bit])?;
         let (left, restarted) = self.after(stopped)?;
-        eprintln!("DBG after {:?}", began.elapsed());
         let left = match left.after.last() {
             Some(last) if last.is_empty() => return Ok((flip, worst(self.judged(&left), None))),
             _ => left,
@@ -264,16 +278,28 @@ impl<'m> Trials<'m> {
 
     /// Lets it go on to the drive's end: what left, and whether it has restarted.
     fn after(&self, stopped: Stopped) -> Result<(DeviceOutput, bool)> {
-        let Stopped { mut running, record, both, .. } = stopped;
+        let Stopped {
+            mut running,
+            record,
+            both,
+            ..
+        } = stopped;
         running.debugger.take().context("it has left")?.go_on()?;
         let bytes = |record: usize| self.moment.records[record].bytes.len();
         running.record(record, bytes(record))?;
         let rest = record + 1..self.moment.records.len();
         for next in rest {
-            let sent = if both && next == record + 1 { bytes(next) } else { 0 };
+            let sent = if both && next == record + 1 {
+                bytes(next)
+            } else {
+                0
+            };
             running.record(next, sent)?;
         }
-        let mut left = DeviceOutput { after: std::mem::take(&mut running.after), ..DeviceOutput::default() };
+        let mut left = DeviceOutput {
+            after: std::mem::take(&mut running.after),
+            ..DeviceOutput::default()
+        };
         if !running.sends() {
             return Ok((left, false));
         }
