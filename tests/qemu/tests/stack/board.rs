@@ -31,6 +31,8 @@ const PENDING_SYSTICK: (u32, u32) = (0xE000_ED04, 1 << 25);
 /// Status of the UARTs of sensor and receiver; this bit is set while a byte waits there.
 const STATUS: [u32; 2] = [0x4001_1000, 0x4000_4800];
 const WAITS: u8 = 1 << 5;
+/// How long the board may run until it stops.
+pub const PATIENCE: Duration = Duration::from_secs(30);
 /// Frames after which a board that sends nothing is given up.
 const GIVEN_UP: usize = 6;
 
@@ -234,26 +236,42 @@ impl Running<'_> {
         self.debugger.as_mut().context("it has left")
     }
 
-    /// Runs up to a record, all of which but the last byte has then come, as of the `next` one if
-    /// that is given, and stops while it sleeps.
-    pub fn up_to(&mut self, record: usize, next: bool) -> Result<()> {
+    /// Runs up to a record, all of which but the last byte has then come, and stops while it
+    /// sleeps.
+    pub fn up_to(&mut self, record: usize) -> Result<()> {
         self.debugger()?.run()?;
         for before in 0..record {
             self.record(before, 0)?;
         }
-        for record in record..=record + usize::from(next) {
-            let Record { bytes, input, .. } = &self.moment.records[record];
-            let line = match input {
-                Input::Sensor => &mut self.live.sensor,
-                Input::Gnss => &mut self.live.gnss,
-            };
-            line.write_all(&bytes[..bytes.len() - 1])?;
-        }
-        sleep(Duration::from_millis(300)); // each byte has an interrupt
+        let Record { bytes, input, .. } = &self.moment.records[record];
+        let line = match input {
+            Input::Sensor => &mut self.live.sensor,
+            Input::Gnss => &mut self.live.gnss,
+        };
+        line.write_all(&bytes[..bytes.len() - 1])?;
+        self.all_came()?;
         let moment = self.moment;
         let debugger = self.debugger()?;
         debugger.interrupt()?;
         idle(debugger, &moment.elf)
+    }
+
+    /// Waits until the board has taken every byte.
+    fn all_came(&mut self) -> Result<()> {
+        let mut looks = 0;
+        while looks < 5 {
+            sleep(Duration::from_millis(10)); // QEMU takes the next byte
+            looks += 1;
+            for status in STATUS {
+                let text = self.live.monitor(&format!("xp /1wx {status:#x}"))?;
+                let word = text.split("0x").last().and_then(|word| word.get(..8));
+                let word = u32::from_str_radix(word.context("no word")?, 16)?;
+                if word & u32::from(WAITS) != 0 {
+                    looks = 0;
+                }
+            }
+        }
+        Ok(())
     }
 
     /// SysTick interrupts, or not: the time that the debugger takes would bring it at random.
@@ -274,10 +292,36 @@ impl Running<'_> {
             Input::Gnss => (&mut self.live.gnss, STATUS[1]),
         };
         line.write_all(&bytes[bytes.len() - 1..])?;
-        let debugger = self.debugger()?;
+        self.waits(status)
+    }
+
+    fn waits(&mut self, status: u32) -> Result<()> {
         let begun = Instant::now();
-        while debugger.read(status, 4)?[0] & WAITS == 0 {
+        while self.debugger()?.read(status, 4)?[0] & WAITS == 0 {
             ensure!(begun.elapsed() < Duration::from_secs(5), "no byte comes");
+        }
+        Ok(())
+    }
+
+    /// All of a frame but its last byte comes; otherwise the board stands still.
+    pub fn interrupted(&mut self, record: usize) -> Result<()> {
+        let moment = self.moment;
+        let bytes = &moment.records[record].bytes;
+        for byte in &bytes[..bytes.len() - 1] {
+            self.live.sensor.write_all(&[*byte])?;
+            self.waits(STATUS[0])?;
+            let debugger = self.debugger()?;
+            loop {
+                let place = debugger.get(15)?;
+                debugger.stop_at(place, true)?;
+                debugger.run()?;
+                ensure!(debugger.wait(PATIENCE)?, "no return from an interrupt");
+                debugger.stop_at(place, false)?;
+                if debugger.read(STATUS[0], 4)?[0] & WAITS == 0 {
+                    break;
+                }
+                debugger.step()?; // interrupts are masked here
+            }
         }
         Ok(())
     }

@@ -1,6 +1,6 @@
 //! A trial: where the board is stopped, which bit flips, and what becomes of it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::time::Duration;
 
@@ -12,7 +12,7 @@ use rand_chacha::ChaCha8Rng;
 use upsets::device::DeviceOutput;
 use upsets::judge::{Judge, Verdict};
 
-use crate::board::{Moment, Running};
+use crate::board::{Moment, PATIENCE, Running};
 
 /// What the board does when it is stopped.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,9 +60,12 @@ impl fmt::Display for Flip {
 }
 
 /// A record, and the functions that are called for it, each with the number of its calls.
+#[derive(Default)]
 struct Called {
     record: usize,
     functions: BTreeMap<u32, u32>,
+    /// Those that only the main thread calls.
+    thread: BTreeMap<u32, u32>,
 }
 
 /// Trials from one moment on.
@@ -82,8 +85,10 @@ struct Stopped<'m> {
     function: u32,
 }
 
-/// How long the board may run until it stops.
-const PATIENCE: Duration = Duration::from_secs(30);
+/// Number of the record that is a frame like most.
+const FRAME: usize = 20;
+/// Of the program status: the number of the exception, 0 in the main thread.
+const EXCEPTION: u32 = 0x1FF;
 /// Calls of a function that are counted.
 const CALLS: u32 = 16;
 
@@ -91,21 +96,17 @@ impl<'m> Trials<'m> {
     /// Finds what the board does for some records.
     pub fn new(moment: &'m Moment) -> Result<Self> {
         let names = moment.functions()?;
-        let none = |record| Called {
-            record,
-            functions: BTreeMap::new(),
-        };
         let fix = moment.records.iter().position(|r| r.input == Input::Gnss);
         let mut trials = Self {
             moment,
             names,
             sleeps: moment.sleeps()?,
-            called: [none(20), none(0), none(fix.context("no fix")?)],
+            called: Default::default(),
             judge: judge(moment, DeviceOutput::default())?,
         };
-        trials.called[1].record = trials.end_of_block()?;
-        for number in 0..3 {
-            trials.called[number].functions = trials.functions(trials.called[number].record)?;
+        let records = [FRAME, trials.end_of_block()?, fix.context("no fix")?];
+        for (number, record) in records.into_iter().enumerate() {
+            trials.called[number] = trials.called(record)?;
         }
         trials.judge = judge(moment, trials.without(Work::Frame)?)?;
         for work in [Work::Block, Work::Fix, Work::Both] {
@@ -113,7 +114,7 @@ impl<'m> Trials<'m> {
             let verdict = trials.judged(&left);
             ensure!(
                 verdict == Verdict::Same,
-                "without a flip, {work:?}: {verdict:?}"
+                "without a flip, {work:?}: {verdict:?}, faults {:#x}", left.faults
             );
         }
         Ok(trials)
@@ -142,11 +143,10 @@ impl<'m> Trials<'m> {
         anyhow::bail!("no block ends")
     }
 
-    /// The functions that are called for a record until the board sleeps, and how often, up to a
-    /// number.
-    fn functions(&self, record: usize) -> Result<BTreeMap<u32, u32>> {
+    /// What is called for a record until the board sleeps.
+    fn called(&self, record: usize) -> Result<Called> {
         let mut running = self.moment.board()?;
-        running.up_to(record, false)?;
+        running.up_to(record)?;
         running.ticks(false)?;
         running.last_byte(record)?;
         let debugger = running.debugger()?;
@@ -155,15 +155,20 @@ impl<'m> Trials<'m> {
         for place in all.chain(self.sleeps.iter().copied()) {
             debugger.stop_at(place, true)?;
         }
-        let mut called = BTreeMap::new();
+        let (mut functions, mut interrupts) = (BTreeMap::new(), BTreeSet::new());
         loop {
             debugger.run()?;
             ensure!(debugger.wait(PATIENCE)?, "it does not sleep any more");
             let place = debugger.get(15)?;
             if self.sleeps.contains(&place) {
-                return Ok(called);
+                let mut thread = functions.clone();
+                thread.retain(|place, _| !interrupts.contains(place));
+                return Ok(Called { record, functions, thread });
             }
-            let calls = called.entry(place).or_insert(0);
+            if debugger.get(25)? & EXCEPTION != 0 {
+                interrupts.insert(place);
+            }
+            let calls = functions.entry(place).or_insert(0);
             *calls += 1;
             if *calls == CALLS {
                 debugger.stop_at(place, false)?;
@@ -175,19 +180,21 @@ impl<'m> Trials<'m> {
     /// A board that is stopped at random in this work.
     fn stopped(&self, work: Work, random: &mut ChaCha8Rng) -> Result<Stopped<'m>> {
         let [frame, block, fix] = &self.called;
-        let (at, both) = match work {
-            Work::Frame => (frame, false),
-            Work::Block => (block, false),
-            Work::Fix => (fix, false),
-            Work::Both => (fix, true),
+        let (at, functions) = match work {
+            Work::Frame => (frame, &frame.functions),
+            Work::Block => (block, &block.functions),
+            Work::Fix => (fix, &fix.functions),
+            Work::Both => (block, &block.thread),
         };
         let mut running = self.moment.board()?;
-        running.up_to(at.record, both)?;
+        running.up_to(at.record)?;
         running.ticks(false)?;
         running.last_byte(at.record)?;
         running.debugger()?.step()?; // wakes up
-        let mut function = self.stop_in(&mut running, &at.functions, random)?;
+        let mut function = self.stop_in(&mut running, functions, random)?;
+        let both = work == Work::Both;
         if both {
+            running.interrupted(at.record + 1)?;
             running.last_byte(at.record + 1)?;
             function = self.stop_in(&mut running, &frame.functions, random)?;
         }
@@ -257,7 +264,7 @@ impl<'m> Trials<'m> {
             work,
             function: self.names[&stopped.function].clone(),
             pc: debugger.get(15)?,
-            exception: debugger.get(25)? & 0x1FF,
+            exception: debugger.get(25)? & EXCEPTION,
             sp,
             address,
             bit,
