@@ -99,6 +99,7 @@ impl Moment {
                 live.gnss.write_all(&bytes)?;
                 fixes += group.len() as u32;
                 fix(&mut live, fixes, 60)?;
+                sleep(Duration::from_millis(150)); // the learner's turn
             }
         }
         let health = health(&mut live.command)?;
@@ -358,7 +359,10 @@ impl Running<'_> {
         let mut limit = Duration::from_secs(2);
         while left.len() != frame.len() || left[0] != frame[0] {
             self.live.navigation.set_read_timeout(Some(limit))?;
-            match self.live.navigation.read(&mut buffer) {
+            // the frame after it may have left, too
+            let missing = frame.len().saturating_sub(left.len());
+            let most = if missing > 0 { missing } else { buffer.len() };
+            match self.live.navigation.read(&mut buffer[..most]) {
                 Ok(0) | Err(_) => break,
                 Ok(n) => left.extend(&buffer[..n]),
             }

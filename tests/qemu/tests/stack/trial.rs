@@ -114,7 +114,8 @@ impl<'m> Trials<'m> {
             let verdict = trials.judged(&left);
             ensure!(
                 verdict == Verdict::Same,
-                "without a flip, {work:?}: {verdict:?}, faults {:#x}", left.faults
+                "without a flip, {work:?}: {verdict:?}, faults {:#x}",
+                left.faults
             );
         }
         Ok(trials)
@@ -163,7 +164,11 @@ impl<'m> Trials<'m> {
             if self.sleeps.contains(&place) {
                 let mut thread = functions.clone();
                 thread.retain(|place, _| !interrupts.contains(place));
-                return Ok(Called { record, functions, thread });
+                return Ok(Called {
+                    record,
+                    functions,
+                    thread,
+                });
             }
             if debugger.get(25)? & EXCEPTION != 0 {
                 interrupts.insert(place);
