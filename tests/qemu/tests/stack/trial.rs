@@ -1,7 +1,6 @@
 //! A trial: where the board is stopped, which bit flips, and what becomes of it.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt;
 use std::time::Duration;
 
 use anyhow::{Context, Result, ensure};
@@ -25,38 +24,6 @@ enum Work {
     Fix,
     /// The frame path, which has interrupted the learner.
     Both,
-}
-
-/// A flip.
-#[derive(Debug)]
-pub struct Flip {
-    work: Work,
-    function: String,
-    pc: u32,
-    exception: u32,
-    sp: u32,
-    address: u32,
-    bit: u8,
-}
-
-impl fmt::Display for Flip {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let Self {
-            work,
-            function,
-            pc,
-            exception,
-            sp,
-            address,
-            bit,
-        } = self;
-        let above = address - sp;
-        write!(
-            f,
-            "{work:?}, pc {pc:#x} in exception {exception}, after {function}: \
-             {address:#x}, {above} bytes above the stack pointer, bit {bit}"
-        )
-    }
 }
 
 /// A record, and the functions that are called for it, each with the number of its calls.
@@ -252,8 +219,8 @@ impl<'m> Trials<'m> {
         Ok(function)
     }
 
-    /// A trial: half of the flips are at most 256 bytes from the stack pointer.
-    pub fn flipped(&self, number: u64) -> Result<(Flip, Verdict)> {
+    /// A trial: what was flipped, and the verdict. Half of the flips are at most 256 bytes from the stack pointer.
+    pub fn flipped(&self, number: u64) -> Result<(String, Verdict)> {
         let mut random = ChaCha8Rng::seed_from_u64(number);
         let works = [Work::Frame, Work::Block, Work::Fix, Work::Both];
         let work = works[number as usize % works.len()];
@@ -265,31 +232,33 @@ impl<'m> Trials<'m> {
         let near = if random.random() { live } else { live.min(256) };
         let address = sp + random.random_range(0..near);
         let bit = random.random_range(0..8);
-        let flip = Flip {
-            work,
-            function: self.names[&stopped.function].clone(),
-            pc: debugger.get(15)?,
-            exception: debugger.get(25)? & EXCEPTION,
-            sp,
-            address,
-            bit,
-        };
+        let flip = format!(
+            "{work:?}, pc {:#x} in exception {}, after {}: {address:#x}, {} bytes above the stack \
+             pointer, bit {bit}",
+            debugger.get(15)?,
+            debugger.get(25)? & EXCEPTION,
+            self.names[&stopped.function],
+            address - sp
+        );
         let byte = debugger.read(address, 1)?[0];
         debugger.write(address, &[byte ^ 1 << bit])?;
         let (left, restarted) = self.after(stopped)?;
-        let left = match left.after.last() {
-            Some(last) if last.is_empty() => return Ok((flip, worst(self.judged(&left), None))),
-            _ => left,
+        let verdict = match (self.judged(&left), restarted) {
+            (harm @ (Verdict::Beyond | Verdict::Forged), _) => harm,
+            (_, None) => Verdict::Hang,
+            (_, Some(true)) => Verdict::Fault,
+            (judged, Some(false)) => judged,
         };
-        Ok((flip, worst(self.judged(&left), Some(restarted))))
+        Ok((flip, verdict))
     }
 
     fn judged(&self, left: &DeviceOutput) -> Verdict {
         self.judge.judge(came(self.moment), left)
     }
 
-    /// Lets it go on to the drive's end: what left, and whether it has restarted.
-    fn after(&self, stopped: Stopped) -> Result<(DeviceOutput, bool)> {
+    /// Lets it go on to the drive's end: what left, and whether it has restarted; `None`: nothing
+    /// leaves any more.
+    fn after(&self, stopped: Stopped) -> Result<(DeviceOutput, Option<bool>)> {
         let Stopped {
             mut running,
             record,
@@ -299,21 +268,16 @@ impl<'m> Trials<'m> {
         running.debugger.take().context("it has left")?.go_on()?;
         let bytes = |record: usize| self.moment.records[record].bytes.len();
         running.record(record, bytes(record))?;
-        let rest = record + 1..self.moment.records.len();
-        for next in rest {
-            let sent = if both && next == record + 1 {
-                bytes(next)
-            } else {
-                0
-            };
-            running.record(next, sent)?;
+        for next in record + 1..self.moment.records.len() {
+            let has_come = both && next == record + 1;
+            running.record(next, if has_come { bytes(next) } else { 0 })?;
         }
         let mut left = DeviceOutput {
             after: std::mem::take(&mut running.after),
             ..DeviceOutput::default()
         };
         if !running.sends() {
-            return Ok((left, false));
+            return Ok((left, None));
         }
         let line = &mut running.live.command;
         left.faults = health(line)?.faults;
@@ -321,18 +285,7 @@ impl<'m> Trials<'m> {
         left.mended = counters.mended;
         let all = self.moment.records.len() as u32;
         let restarted = reset(line)?.crash.is_some() || counters.frames < all;
-        Ok((left, restarted))
-    }
-}
-
-/// The verdict of tests/upsets, and what only a whole board shows. `restarted`: `None` where
-/// nothing is sent any more.
-fn worst(judged: Verdict, restarted: Option<bool>) -> Verdict {
-    match (judged, restarted) {
-        (Verdict::Beyond | Verdict::Forged, _) => judged,
-        (_, None) => Verdict::Hang,
-        (_, Some(true)) => Verdict::Fault,
-        (_, Some(false)) => judged,
+        Ok((left, Some(restarted)))
     }
 }
 
