@@ -2,8 +2,8 @@
 //! learns as well. Words and judge are those of `tests/upsets`.
 //!
 //! The board is stopped in the frame path, in the learner, and in the frame path that has
-//! interrupted the learner. `STACK_FLIPS` sets how many bits are tried in each mode. A number always
-//! gives the same flip, unless QEMU gets the processor so late that an interrupt moves.
+//! interrupted the learner. `STACK_FLIPS` sets how many bits are tried in each mode. Most numbers
+//! give the same flip each time; some move with an interrupt, since QEMU runs in real time.
 
 mod board;
 mod trial;
