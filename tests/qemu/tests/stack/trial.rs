@@ -219,7 +219,8 @@ impl<'m> Trials<'m> {
         Ok(function)
     }
 
-    /// A trial: what was flipped, and the verdict. Half of the flips are at most 256 bytes from the stack pointer.
+    /// A trial: what was flipped, and the verdict. Half of the flips are at most 256 bytes from the
+    /// stack pointer.
     pub fn flipped(&self, number: u64) -> Result<(String, Verdict)> {
         let mut random = ChaCha8Rng::seed_from_u64(number);
         let works = [Work::Frame, Work::Block, Work::Fix, Work::Both];
