@@ -43,10 +43,7 @@ fn never_harms(scenario: Scenario) {
     }
     assert!(harm.is_empty(), "{harm:?}");
     let same = verdicts.iter().filter(|is| **is == Verdict::Same).count();
-    assert!(
-        same < flips && same * 2 > flips,
-        "{same} of {flips} as without"
-    );
+    assert!(same * 2 > flips, "{same} of {flips} as without");
 }
 
 #[test]
