@@ -1,14 +1,26 @@
-//! A client of QEMU's debug server: stops a live board, sets registers, resumes it.
+//! A client of QEMU's debug server: stops a live board, reads and sets registers and memory, steps,
+//! resumes it.
 
-use std::io::{Read, Write};
+use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
+use std::time::Duration;
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 
-/// A board that is stopped.
+use crate::drive::hex;
+
+/// Bytes of memory in a packet: QEMU takes 4096 digits.
+const PIECE: usize = 1024;
+
+/// How long QEMU may take to answer.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// A board under a debugger.
 #[derive(Debug)]
 pub struct Debugger {
     line: TcpStream,
+    /// Bytes that came and are no whole packet yet.
+    came: Vec<u8>,
 }
 
 impl Debugger {
@@ -17,46 +29,177 @@ impl Debugger {
     /// # Errors
     /// QEMU does not answer.
     pub fn new(line: TcpStream) -> Result<Self> {
-        let mut debugger = Self { line };
+        let came = Vec::new();
+        let mut debugger = Self { line, came };
         // QEMU allows setting a register only after its list of registers was read
         debugger.ask("qXfer:features:read:target.xml:0,fff")?;
         Ok(debugger)
     }
 
-    /// Sets a register: 13 is the stack pointer, 15 the program counter.
+    /// A register: 13 is the stack pointer, 15 the program counter, 25 the program status.
+    ///
+    /// # Errors
+    /// QEMU refuses.
+    pub fn get(&mut self, register: u8) -> Result<u32> {
+        let bytes = digits(&self.ask(&format!("p{register:x}"))?)?;
+        let bytes = bytes.try_into().ok().context("not a register of a word")?;
+        Ok(u32::from_le_bytes(bytes))
+    }
+
+    /// Sets a register.
     ///
     /// # Errors
     /// QEMU refuses.
     pub fn set(&mut self, register: u8, value: u32) -> Result<()> {
-        let bytes = value.to_le_bytes().map(|byte| format!("{byte:02x}"));
-        let answer = self.ask(&format!("P{register:x}={}", bytes.concat()))?;
-        ensure!(answer == "OK", "register {register}: `{answer}`");
+        self.order(&format!("P{register:x}={}", hex(&value.to_le_bytes())))
+    }
+
+    /// All registers of the core, for [`Debugger::set_registers`].
+    ///
+    /// # Errors
+    /// QEMU refuses.
+    pub fn registers(&mut self) -> Result<String> {
+        self.ask("g")
+    }
+
+    /// Sets all of them. The number of the exception stays.
+    ///
+    /// # Errors
+    /// QEMU refuses.
+    pub fn set_registers(&mut self, all: &str) -> Result<()> {
+        self.order(&format!("G{all}"))
+    }
+
+    /// Reads memory.
+    ///
+    /// # Errors
+    /// There is none.
+    pub fn read(&mut self, address: u32, length: usize) -> Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        while bytes.len() < length {
+            let piece = PIECE.min(length - bytes.len());
+            let answer = self.ask(&format!("m{:x},{piece:x}", address as usize + bytes.len()))?;
+            bytes.extend(digits(&answer)?);
+        }
+        Ok(bytes)
+    }
+
+    /// Writes memory, not registers of peripherals.
+    ///
+    /// # Errors
+    /// There is none.
+    pub fn write(&mut self, address: u32, bytes: &[u8]) -> Result<()> {
+        for (number, piece) in bytes.chunks(PIECE).enumerate() {
+            let at = address as usize + number * PIECE;
+            self.order(&format!("M{at:x},{:x}:{}", piece.len(), hex(piece)))?;
+        }
         Ok(())
     }
 
-    /// Resumes the board.
+    /// The board stops before it executes what is at `address`; `false`: no longer.
+    ///
+    /// # Errors
+    /// QEMU refuses.
+    pub fn stop_at(&mut self, address: u32, stops: bool) -> Result<()> {
+        let order = if stops { 'Z' } else { 'z' };
+        self.order(&format!("{order}0,{address:x},2"))
+    }
+
+    /// Executes an instruction; no interrupt is served.
+    ///
+    /// # Errors
+    /// QEMU is gone.
+    pub fn step(&mut self) -> Result<()> {
+        self.send("s")?;
+        let stopped = self.receive(PATIENCE)?;
+        stopped.map(|_| ()).context("the board does not stop")
+    }
+
+    /// Lets the board run until [`Debugger::wait`] or [`Debugger::interrupt`].
+    ///
+    /// # Errors
+    /// QEMU is gone.
+    pub fn run(&mut self) -> Result<()> {
+        self.send("c")
+    }
+
+    /// Waits until the board stops by itself. False: it still runs after `limit`.
+    ///
+    /// # Errors
+    /// QEMU is gone.
+    pub fn wait(&mut self, limit: Duration) -> Result<bool> {
+        Ok(self.receive(limit)?.is_some())
+    }
+
+    /// Stops the board.
+    ///
+    /// # Errors
+    /// QEMU is gone.
+    pub fn interrupt(&mut self) -> Result<()> {
+        self.line.write_all(&[3])?;
+        let stopped = self.receive(PATIENCE)?;
+        stopped.map(|_| ()).context("the board does not stop")
+    }
+
+    /// Resumes the board and leaves it.
     ///
     /// # Errors
     /// QEMU refuses.
     pub fn go_on(mut self) -> Result<()> {
-        let answer = self.ask("D")?;
-        ensure!(answer == "OK", "`{answer}`");
+        self.order("D")
+    }
+
+    fn order(&mut self, text: &str) -> Result<()> {
+        let answer = self.ask(text)?;
+        let shown = text.get(..20).unwrap_or(text);
+        ensure!(answer == "OK", "QEMU's answer to `{shown}`: `{answer}`");
         Ok(())
     }
 
-    /// The remote serial protocol: `$`, text, `#`, two digits of its sum; `+` is a receipt.
     fn ask(&mut self, text: &str) -> Result<String> {
-        let sum = text.bytes().fold(0u8, u8::wrapping_add);
-        write!(self.line, "${text}#{sum:02x}")?;
-        let mut answer = Vec::new();
-        let mut byte = [0];
-        while answer.iter().rev().nth(2) != Some(&b'#') {
-            self.line.read_exact(&mut byte)?;
-            answer.push(byte[0]);
+        self.send(text)?;
+        loop {
+            let answer = self.receive(PATIENCE)?.context("QEMU does not answer")?;
+            // QEMU tells of the stop when the debugger connects
+            if !answer.starts_with('T') {
+                return Ok(answer);
+            }
         }
-        self.line.write_all(b"+")?;
-        let answer = String::from_utf8_lossy(&answer).into_owned();
-        let answer = answer.trim_start_matches('+').trim_start_matches('$');
-        Ok(answer.split('#').next().unwrap_or_default().to_owned())
     }
+
+    /// The remote serial protocol: `$`, text, `#`, two digits of its sum; `+` is a receipt.
+    fn send(&mut self, text: &str) -> Result<()> {
+        let sum = text.bytes().fold(0u8, u8::wrapping_add);
+        let packet = format!("${text}#{sum:02x}");
+        Ok(self.line.write_all(packet.as_bytes())?)
+    }
+
+    /// The next packet; `None`: nothing came for so long.
+    fn receive(&mut self, limit: Duration) -> Result<Option<String>> {
+        self.line.set_read_timeout(Some(limit))?;
+        loop {
+            let end = self.came.iter().position(|byte| *byte == b'#');
+            if let Some(end) = end.filter(|end| self.came.len() >= end + 3) {
+                let packet: Vec<u8> = self.came.drain(..end + 3).collect();
+                self.line.write_all(b"+")?;
+                let text = String::from_utf8_lossy(&packet[..end]).into_owned();
+                let text = text.trim_start_matches('+').trim_start_matches('$');
+                return Ok(Some(text.to_owned()));
+            }
+            let mut bytes = [0; 4096];
+            match self.line.read(&mut bytes) {
+                Ok(0) => bail!("QEMU has ended"),
+                Ok(n) => self.came.extend(&bytes[..n]),
+                Err(error) if error.kind() == ErrorKind::WouldBlock => return Ok(None),
+                Err(error) => return Err(error.into()),
+            }
+        }
+    }
+}
+
+fn digits(text: &str) -> Result<Vec<u8>> {
+    let pairs = text.as_bytes().chunks(2);
+    let byte = |pair| Some(u8::from_str_radix(std::str::from_utf8(pair).ok()?, 16).ok()?);
+    let bytes = pairs.map(byte).collect::<Option<_>>();
+    bytes.with_context(|| format!("QEMU answers `{text}`"))
 }

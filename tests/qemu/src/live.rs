@@ -126,7 +126,7 @@ impl Live {
         let listener = TcpListener::bind("127.0.0.1:0")?;
         let port = listener.local_addr()?.port();
         self.monitor(&format!(
-            "chardev-add socket,id=debugger,host=127.0.0.1,port={port}"
+            "chardev-add socket,id=debugger,host=127.0.0.1,port={port},nodelay=on"
         ))?;
         let line = accept(&listener, &mut self.qemu)?;
         self.monitor("gdbserver chardev:debugger")?;

@@ -13,7 +13,7 @@ use firmware::configuration::{Configuration, Sensor};
 use firmware::control::{Mode, Window};
 use firmware::model::IMAGES_LEN;
 use firmware::wire::command::{
-    self, Estimate, Health, MAX_CHUNK, MAX_PACKET, Request, Reset, Response,
+    self, Counters, Estimate, Health, MAX_CHUNK, MAX_PACKET, Request, Reset, Response,
 };
 use firmware::wire::framer::LONGEST;
 use firmware::wire::{Fields, ImuFormat};
@@ -302,6 +302,17 @@ pub fn health(line: &mut TcpStream) -> Result<Health> {
     })
 }
 
+/// Its counters.
+///
+/// # Errors
+/// As [`serve`].
+pub fn counters(line: &mut TcpStream) -> Result<Counters> {
+    state(line, &Request::GetCounters, |answer| match answer {
+        Response::Counters(counters) => Some(counters),
+        _ => None,
+    })
+}
+
 /// Why the board started; it is asked until it answers.
 ///
 /// # Errors
@@ -326,8 +337,10 @@ fn state<T>(
         line.write_all(request)?;
         if let Some(mut packet) = packet(line)? {
             let answer = command::decode::<Response>(&mut packet).ok();
-            let state = answer.and_then(|(_, answer)| of(answer));
-            return state.context("the board answers something else");
+            // another answer is late, to a request before
+            if let Some(state) = answer.and_then(|(_, answer)| of(answer)) {
+                return Ok(state);
+            }
         }
     }
     bail!("no answer after {TRIES} times")
