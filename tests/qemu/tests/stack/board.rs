@@ -32,7 +32,7 @@ const PENDING_SYSTICK: (u32, u32) = (0xE000_ED04, 1 << 25);
 const STATUS: [u32; 2] = [0x4001_1000, 0x4000_4800];
 const WAITS: u8 = 1 << 5;
 /// How long the board may run until it stops.
-pub const PATIENCE: Duration = Duration::from_secs(30);
+pub const PATIENCE: Duration = Duration::from_secs(120);
 /// Frames after which a board that sends nothing is given up.
 const GIVEN_UP: usize = 6;
 
@@ -62,8 +62,15 @@ pub struct Running<'m> {
 }
 
 impl Moment {
-    /// Drives up to it.
+    /// Drives up to it. The learner of a board on a busy machine may fall behind, and then the
+    /// drive begins again, slower.
     pub fn driven(scenario: Scenario, image: &Path) -> Result<Self> {
+        let pauses = [150, 600, 2400].map(Duration::from_millis);
+        patiently(pauses, |pause| Self::driven_with(scenario, image, pause))
+    }
+
+    /// Drives up to it, with pauses in which the learner computes.
+    fn driven_with(scenario: Scenario, image: &Path, pause: Duration) -> Result<Self> {
         let mut configuration = slow(configured(scenario));
         configuration.correction.check_rate = false; // frames do not come in real time
         configuration.correction.silence_us = 10_000_000;
@@ -99,7 +106,7 @@ impl Moment {
                 live.gnss.write_all(&bytes)?;
                 fixes += group.len() as u32;
                 fix(&mut live, fixes, 60)?;
-                sleep(Duration::from_millis(150)); // the learner's turn
+                sleep(pause);
             }
         }
         let health = health(&mut live.command)?;
@@ -181,6 +188,22 @@ impl Moment {
         debugger.step()?;
         debugger.set_registers(&registers)
     }
+}
+
+/// The first attempt that is right, or the last one.
+pub fn patiently<A, T>(
+    attempts: impl IntoIterator<Item = A>,
+    attempt: impl Fn(A) -> Result<T>,
+) -> Result<T> {
+    let mut last = Err(anyhow::anyhow!("no attempt"));
+    for of in attempts {
+        last = attempt(of);
+        match &last {
+            Ok(_) => break,
+            Err(error) => println!("once more: {error:#}"),
+        }
+    }
+    last
 }
 
 /// The same with frames at 125 Hz, since QEMU passes only some hundred a second.
