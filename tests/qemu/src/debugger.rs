@@ -199,7 +199,7 @@ impl Debugger {
 
 fn digits(text: &str) -> Result<Vec<u8>> {
     let pairs = text.as_bytes().chunks(2);
-    let byte = |pair| Some(u8::from_str_radix(std::str::from_utf8(pair).ok()?, 16).ok()?);
+    let byte = |pair| u8::from_str_radix(std::str::from_utf8(pair).ok()?, 16).ok();
     let bytes = pairs.map(byte).collect::<Option<_>>();
     bytes.with_context(|| format!("QEMU answers `{text}`"))
 }
