@@ -10,8 +10,8 @@ use crate::control::HeadingSource;
 const RATE: u32 = 100;
 
 /// A learner under way in a world.
-struct Trip<'m> {
-    learner: FixLearner<'m>,
+pub(super) struct Trip<'m> {
+    pub(super) learner: FixLearner<'m>,
     compensator: (Compensator, crate::compensator::State),
     world: World,
     number: u32,
@@ -20,11 +20,11 @@ struct Trip<'m> {
     /// Receiver's time at the start, ms of the week.
     week_ms: u32,
     /// Two antennas measure the heading with this constant error.
-    antenna: Option<f64>,
+    pub(super) antenna: Option<f64>,
 }
 
 impl<'m> Trip<'m> {
-    fn new(
+    pub(super) fn new(
         memory: &'m mut Memory,
         motion: Motion,
         errors: Errors,
@@ -64,7 +64,7 @@ impl<'m> Trip<'m> {
     }
 
     /// Runs for a number of seconds; without samples if `lost`.
-    fn run(&mut self, seconds: u32, lost: bool) {
+    pub(super) fn run(&mut self, seconds: u32, lost: bool) {
         for _ in 0..seconds {
             for _ in 0..RATE {
                 self.number = self.number.wrapping_add(1);
