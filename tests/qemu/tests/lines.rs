@@ -152,7 +152,12 @@ fn a_stack_that_overflows_is_told_after_the_reset() {
         let crash = reset(&mut live.command).expect("an answer").crash;
         let crash = crash.expect("a record");
         assert_eq!(crash.kind, CrashKind::StackOverflow, "{crash:?}");
-        assert!((1..=64).contains(&(end - crash.bfar)), "{crash:?}");
+        // an interrupt that comes first cannot stack its frame: then the core knows no address
+        let knows_address = crash.cfsr >> 15 & 1 == 1;
+        assert!(
+            !knows_address || (1..=64).contains(&(end - crash.bfar)),
+            "{crash:?}"
+        );
         assert_eq!((crash.number, crash.starts), (1, 1));
     }
 }
