@@ -17,6 +17,7 @@ use firmware::wire::command::{
 };
 use firmware::wire::framer::LONGEST;
 use firmware::wire::{Fields, ImuFormat};
+use host_device::hil::not_in_real_time;
 
 use crate::drive::Record;
 use crate::images::Board;
@@ -60,7 +61,7 @@ fn upload(record: &[u8]) -> Vec<Request<'_>> {
 /// A configuration for tests, whose samples do not come in real time.
 fn record() -> Configured {
     let mut configuration = Configuration::default();
-    configuration.correction.check_rate = false;
+    not_in_real_time(&mut configuration);
     record::encode(&configuration)
 }
 
@@ -255,9 +256,7 @@ pub fn cut_through(format: ImuFormat) -> Configuration {
         ..Configuration::default()
     };
     configuration.lines.cut_through = true;
-    configuration.correction.check_rate = false;
-    // a machine with other work may stop for long
-    configuration.correction.silence_us = 10_000_000;
+    not_in_real_time(&mut configuration);
     configuration
 }
 

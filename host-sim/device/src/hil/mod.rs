@@ -125,6 +125,13 @@ impl Report {
 /// The longest silence that a configuration may allow, microseconds.
 const LONGEST_SILENCE_US: u32 = 10_000_000;
 
+/// Configures a board for a drive that is not sent in real time: it has no rate, and its pauses
+/// come from this computer, not from the sensor.
+pub fn not_in_real_time(configuration: &mut Configuration) {
+    configuration.correction.check_rate = false;
+    configuration.correction.silence_us = LONGEST_SILENCE_US;
+}
+
 /// The caller's control of a run.
 #[derive(Clone, Copy)]
 pub struct Control<'a> {
@@ -144,14 +151,12 @@ impl Setup {
     }
 
     /// The board's configuration during the run: it starts in mode bypass, and the axes of the
-    /// simulated sensor are the vehicle's. A drive that is not sent in real time has no rate, and
-    /// its pauses come from this computer, not from the sensor.
+    /// simulated sensor are the vehicle's.
     fn for_the_run(&self) -> Configuration {
         let mut configuration = self.configuration.clone();
         configuration.correction.mode = Mode::Bypass;
         if self.fast {
-            configuration.correction.check_rate = false;
-            configuration.correction.silence_us = LONGEST_SILENCE_US;
+            not_in_real_time(&mut configuration);
         }
         configuration.in_body_axes()
     }

@@ -10,7 +10,7 @@ use firmware::configuration::{Activation, Configuration, Sensor};
 use firmware::control::Mode;
 use firmware::wire::ImuFormat;
 use host_core::simulator::imu::ImuSpec;
-use host_device::hil::{Input, Record, drive_configured};
+use host_device::hil::{Input, Record, drive_configured, not_in_real_time};
 use qemu::debugger::Debugger;
 use qemu::images::BOARDS;
 use qemu::live::{Live, through};
@@ -72,8 +72,7 @@ impl Moment {
     /// Drives up to it, with pauses in which the learner computes.
     fn driven_with(scenario: Scenario, image: &Path, pause: Duration) -> Result<Self> {
         let mut configuration = slow(configured(scenario));
-        configuration.correction.check_rate = false; // frames do not come in real time
-        configuration.correction.silence_us = 10_000_000;
+        not_in_real_time(&mut configuration);
         if scenario == Scenario::Learn {
             // what fixes teach proves itself only after more driving than QEMU has time for
             configuration.correction.activation = Activation::FirstRest;
