@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, bail, ensure};
 
-use crate::drive::hex;
+use crate::drive::{hex, unhex};
 
 /// Bytes of memory in a packet: QEMU takes 4096 digits.
 const PIECE: usize = 1024;
@@ -41,7 +41,7 @@ impl Debugger {
     /// # Errors
     /// QEMU refuses.
     pub fn get(&mut self, register: u8) -> Result<u32> {
-        let bytes = digits(&self.ask(&format!("p{register:x}"))?)?;
+        let bytes = unhex(&self.ask(&format!("p{register:x}"))?)?;
         let bytes = bytes.try_into().ok().context("not a register of a word")?;
         Ok(u32::from_le_bytes(bytes))
     }
@@ -79,7 +79,7 @@ impl Debugger {
         while bytes.len() < length {
             let piece = PIECE.min(length - bytes.len());
             let answer = self.ask(&format!("m{:x},{piece:x}", address as usize + bytes.len()))?;
-            bytes.extend(digits(&answer)?);
+            bytes.extend(unhex(&answer)?);
         }
         Ok(bytes)
     }
@@ -195,11 +195,4 @@ impl Debugger {
             }
         }
     }
-}
-
-fn digits(text: &str) -> Result<Vec<u8>> {
-    let pairs = text.as_bytes().chunks(2);
-    let byte = |pair| u8::from_str_radix(std::str::from_utf8(pair).ok()?, 16).ok();
-    let bytes = pairs.map(byte).collect::<Option<_>>();
-    bytes.with_context(|| format!("QEMU answers `{text}`"))
 }

@@ -46,6 +46,17 @@ pub fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
+/// The bytes of [`hex`].
+///
+/// # Errors
+/// Something else than pairs of digits.
+pub fn unhex(digits: &str) -> Result<Vec<u8>> {
+    let pairs = digits.as_bytes().chunks(2);
+    let byte = |pair| u8::from_str_radix(std::str::from_utf8(pair).ok()?, 16).ok();
+    let bytes = pairs.map(byte).collect::<Option<_>>();
+    bytes.with_context(|| format!("`{digits}` is not hexadecimal"))
+}
+
 /// As [`drive`], after `standstill_s` seconds at rest. Also returns the simulated session.
 ///
 /// # Errors

@@ -10,6 +10,7 @@ use std::thread;
 use anyhow::{Context, Result, ensure};
 use serde::Serialize;
 
+use crate::drive::{hex, unhex};
 use crate::images::{apart, here_or_skip, target_directory};
 
 /// Environment variable with which the tests build the emulator and run.
@@ -192,13 +193,13 @@ pub fn run(emulator: &Path, asked: &RunRequest) -> Result<Outcome> {
 fn read(outcome: &mut Outcome, line: &str) -> Result<()> {
     let words: Vec<&str> = line.split(' ').collect();
     match words[..] {
-        ["left", name, digits] => outcome.left.entry(name.into()).or_default().0 = bytes(digits)?,
+        ["left", name, digits] => outcome.left.entry(name.into()).or_default().0 = unhex(digits)?,
         ["times", name, ref times @ ..] => {
             let times = times.iter().filter(|time| !time.is_empty());
             let times = times.map(|time| time.parse()).collect::<Result<_, _>>()?;
             outcome.left.entry(name.into()).or_default().1 = times;
         }
-        ["memory", _, digits] => outcome.memory.push(bytes(digits)?),
+        ["memory", _, digits] => outcome.memory.push(unhex(digits)?),
         ["reset", at, ref why @ ..] => outcome.resets.push((at.parse()?, why.join(" "))),
         ["unimplemented", instance, register, ..] => {
             outcome
@@ -208,13 +209,4 @@ fn read(outcome: &mut Outcome, line: &str) -> Result<()> {
         _ => outcome.lines.push(line.to_owned()),
     }
     Ok(())
-}
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
-fn bytes(digits: &str) -> Result<Vec<u8>> {
-    let pairs = (0..digits.len() / 2).map(|n| u8::from_str_radix(&digits[2 * n..2 * n + 2], 16));
-    Ok(pairs.collect::<Result<_, _>>()?)
 }

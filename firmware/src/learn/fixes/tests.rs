@@ -121,6 +121,15 @@ impl<'m> Drive<'m> {
     }
 }
 
+/// FNV-1a over words, or over bytes.
+fn fnv(words: impl IntoIterator<Item = u64>) -> u64 {
+    words
+        .into_iter()
+        .fold(0xcbf2_9ce4_8422_2325, |digest, word| {
+            (digest ^ word).wrapping_mul(0x100_0000_01b3)
+        })
+}
+
 fn memory() -> Box<Memory> {
     Box::new(Memory::ZEROED)
 }
@@ -232,10 +241,7 @@ fn what_is_configured_exactly_keeps_every_bit() {
         bits.extend(bank.estimate_of(index).map(|e| u64::from(e.to_bits())));
         bits.push(bank.evidence(index).to_bits());
     }
-    // FNV-1a
-    let digest = bits.iter().fold(0xcbf2_9ce4_8422_2325_u64, |digest, bits| {
-        (digest ^ bits).wrapping_mul(0x100_0000_01b3)
-    });
+    let digest = fnv(bits);
     let expected = (1, 0x674e_d6cf_6dd9_5da6);
     let found = (crate::learn::VERSION, digest);
     assert_eq!(found, expected, "{digest:#x}: raise the version, too");
