@@ -53,8 +53,8 @@ fn shown(text: &mut String, learner: &mut FixLearner) {
 }
 
 /// Three drives of a car with a MEMS unit, whose memory goes from one to the next by its stored
-/// bytes: an antenna with lever arm and delay, wheels, stops, errors in proportion, a silence of the
-/// receiver. Before the third the biases have stepped, and its fixes are more and some are wrong.
+/// bytes: an antenna with lever arm and delay, wheels, stops, errors in proportion, a silence of
+/// the receiver. Before the third the biases have stepped; it has more fixes, and wrong ones.
 fn car_with_memory(text: &mut String) {
     let mounted = Mounted {
         lever_arm: [0.5, 0.2, 0.8],
