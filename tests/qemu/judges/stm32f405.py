@@ -481,15 +481,15 @@ class Chip:
             self.cpu.emu_start(self.pc | 1, 0, count=instructions)
         except UcError as error:
             self.broken = self.broken or f"{error} at {self.cpu.reg_read(arm.UC_ARM_REG_PC):#x}"
-        self.pc = self.stopped_at()
+        self.pc = self.read(arm.UC_ARM_REG_PC)
         if self.broken:
             raise Forbidden(self.broken)
         self.advance(instructions * self.rcc.cost)
 
-    def stopped_at(self):
-        """The program counter. As `reg_read` reads it, without its search for the kind of register: this is for each slice."""
-        self.cpu._do_reg_read(arm.UC_ARM_REG_PC, self.word_at)
-        return self.word.value
+    def read(self, register):
+        """A register of 32 bits. As `reg_read` reads it, without its search for the kind of register: this is for each slice."""
+        self.cpu._do_reg_read(register, self.word_at)
+        return self.word.value & 0xFFFF_FFFF
 
     def restart(self, cause, why=""):
         """A reset; here none is expected."""
@@ -542,13 +542,15 @@ class Chip:
     def next_interrupt(self, below=256):
         """The ready one of the highest priority; of equal ones that with the lowest number, SysTick first (Armv7-M B1.5.4).
         PRIMASK holds all back, BASEPRI, unless it is 0, those of its priority and below (B1.4.3)."""
-        if not self.waits() or self.cpu.reg_read(arm.UC_ARM_REG_PRIMASK) & 1:
+        if not self.waits():
             return None
-        below = min(below, self.cpu.reg_read(arm.UC_ARM_REG_BASEPRI) & 0xF0 or 256)
         ready = self.pending & self.enabled
         ready |= {-1} if self.systick_pending else set()
-        first = min(ready, key=lambda number: (self.priorities[number], number), default=None)
-        return first if first is not None and self.priorities[first] < below else None
+        priority, first = min((self.priorities[number], number) for number in ready)
+        # most of what waits is below what runs: then the registers need not be read
+        if priority >= below or self.read(arm.UC_ARM_REG_PRIMASK) & 1:
+            return None
+        return first if priority < (self.read(arm.UC_ARM_REG_BASEPRI) & 0xF0 or 256) else None
 
     def interrupt(self, below=256):
         """Serves one interrupt to its end, if there is one."""

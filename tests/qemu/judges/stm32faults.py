@@ -110,7 +110,7 @@ class Faulty(Chip):
             self.cpu.emu_start(self.pc | 1, 0, count=instructions)
         except UcError:
             self.broken = self.broken or "fault"
-        self.pc = self.stopped_at()
+        self.pc = self.read(arm.UC_ARM_REG_PC)
         if self.cause is not None:
             raise Restart
         if self.broken and (self.broken == "fault" or self.broken.startswith("exception")):
@@ -136,8 +136,7 @@ class Faulty(Chip):
         return known.get(offset, 0) or super().core_read(cpu, offset, size, data)
 
     def interrupt(self, below=256):
-        number = self.next_interrupt(below)
-        if number == 0:  # the window watchdog's does not return
+        if 0 in self.pending and self.next_interrupt(below) == 0:  # the window watchdog's does not return
             self.pending.discard(0)
             self.served[0] += 1
             self.enter(16)
@@ -146,7 +145,7 @@ class Faulty(Chip):
     # Injected faults
 
     def inject(self):
-        if not any(fault[0] <= self.cycles for fault in self.faults):
+        if not self.faults or not any(fault[0] <= self.cycles for fault in self.faults):
             return
         due = [fault for fault in self.faults if fault[0] <= self.cycles]
         self.faults = [fault for fault in self.faults if fault[0] > self.cycles]
