@@ -4,14 +4,16 @@
 use crate::frames::Kind;
 use crate::record::{HARDWARE, configure, configured, record};
 use crate::stored::Flash;
-use crate::taught::{Bench, with};
+use crate::taught::{Bench, Taught, with};
 use firmware::app::App;
 use firmware::configuration::record::encode;
 use firmware::configuration::{Activation, Configuration};
 use firmware::control::Mode;
 use firmware::inputs::Source;
+use firmware::learn::CombinedLearner;
 use firmware::store::{Content, MEMORY_MAX, Step, Store};
 use firmware::wire::command::{Remembered, Request, Response};
+use std::sync::Arc;
 
 const KIND: Kind = Kind::RAWIMUSX;
 
@@ -54,7 +56,14 @@ impl Board {
         let mut memory = [0; MEMORY_MAX];
         let len = self.store.memory(&mut memory);
         Bench::of(KIND, |learner| {
-            let mut app = App::power_on(HARDWARE, Some(stored), Some(learner));
+            // as on a board: beside one that learns from references
+            let references = Box::leak(Box::new(Taught(Arc::default())));
+            let both = CombinedLearner {
+                references,
+                fixes: Taught(learner.0.clone()),
+            };
+            let both = Box::leak(Box::new(both));
+            let mut app = App::power_on(HARDWARE, Some(stored), Some(both));
             app.recall(&memory[..len]);
             app
         })
@@ -163,6 +172,31 @@ fn a_restart_of_the_sensor_alone_gives_back_what_was_known() {
     bench.silence(2.0);
     board.run(&mut bench, 80);
     assert_eq!(remembered(&mut bench).drives, 2);
+}
+
+/// A command stores what was learnt since the last record; when nothing is new, it writes nothing.
+#[test]
+fn a_command_stores_what_was_learnt_since_the_last_record() {
+    let mut board = Board::new(&unit());
+    let mut bench = board.power_on();
+    learns(&bench, b"at first");
+    board.run(&mut bench, 150);
+    while board.run(&mut bench, 5) == 0 {}
+    // the networks are stored with the first, and the second is about the memory alone
+    for since in [b"since then", b"once again"] {
+        bench.device.order(&Request::SetMode(Mode::Learn));
+        learns(&bench, since);
+        assert_eq!(board.run(&mut bench, 12), 0);
+        bench.device.order(&Request::SetMode(Mode::Bypass));
+        board.run(&mut bench, 2);
+        bench.device.order(&Request::StoreImage);
+        assert_eq!(board.pass(&mut bench), Some(Step::Save));
+        bench.device.order(&Request::StoreImage);
+        assert_eq!(board.pass(&mut bench), None, "it is stored already");
+    }
+    let mut bench = board.power_on();
+    assert_eq!(*bench.says.knows.borrow(), b"once again");
+    assert_eq!(remembered(&mut bench).drives, 1);
 }
 
 /// With another serial number or other inputs the memory is not used, and this is reported. By
