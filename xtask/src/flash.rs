@@ -75,29 +75,33 @@ pub fn download(name: &str, chip: Option<String>) -> Result<PathBuf> {
     Ok(built)
 }
 
-/// The chip of our own board, if probe-rs is there and knows it.
-pub fn own_chip(chip: Option<&str>) -> Result<&str> {
-    let chip = chip.unwrap_or(CHIP);
-    fits(STM32F405, chip)?;
-    knows(chip)?;
-    Ok(chip)
+/// The chip of a board that is known, or this one, if the board's image is for it.
+pub fn chip_of(name: &str, chip: Option<&str>) -> Result<String> {
+    let chip = if name == STM32F405.name {
+        let chip = chip.unwrap_or(CHIP);
+        fits(STM32F405, chip)?;
+        chip
+    } else {
+        let family = boards::named(name)?;
+        let chip = chip.unwrap_or(family.chip);
+        is_of(family, chip)?;
+        chip
+    };
+    Ok(chip.into())
 }
 
 /// Builds the image of a board. Gives it with the chip that it is for.
 fn built(name: &str, way: &FlashMethod) -> Result<(PathBuf, String)> {
+    let chip = chip_of(name, way.chip.as_deref())?;
     if name == STM32F405.name {
-        let chip = way.chip.as_deref().unwrap_or(CHIP);
-        fits(STM32F405, chip)?;
         served_by(way, false)?;
         needs::target()?;
-        return Ok((STM32F405.build()?, chip.into()));
+        return Ok((STM32F405.build()?, chip));
     }
     let family = boards::named(name)?;
-    let chip = way.chip.as_deref().unwrap_or(family.chip);
-    is_of(family, chip)?;
     served_by(way, family.target == M33)?;
     needs::targets()?;
-    Ok((family.build()?, chip.into()))
+    Ok((family.build()?, chip))
 }
 
 /// Checks that the board has the boot loader that a file is for.
@@ -155,7 +159,7 @@ fn write(built: &Path, chip: &str, way: &FlashMethod) -> Result<ExitCode> {
 }
 
 /// Checks that probe-rs is there and knows the chip.
-fn knows(chip: &str) -> Result<()> {
+pub fn knows(chip: &str) -> Result<()> {
     let Ok(known) = Command::new("probe-rs")
         .args(["chip", "info", chip])
         .stdout(Stdio::null())
@@ -163,7 +167,8 @@ fn knows(chip: &str) -> Result<()> {
     else {
         bail!(
             "probe-rs is missing; remedy: cargo install probe-rs-tools, or see https://probe.rs; \
-             without a probe: --uf2 FILE for the RP2350, --dfu FILE for an STM32"
+             without a probe: `cargo xtask flash` with --uf2 FILE for the RP2350, --dfu FILE for an \
+             STM32"
         );
     };
     ensure!(

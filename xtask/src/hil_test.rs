@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
 
-use crate::flash::{download, own_chip};
+use crate::flash::{chip_of, download, knows};
 use crate::images::{CASES, STM32F405, cases, target_directory};
 use crate::needs;
 use crate::release::{git, sums::hex};
@@ -51,13 +51,16 @@ pub struct Bench {
 
 /// Runs all steps, also after one that fails, and writes the file after each.
 pub fn hil_test(bench: &Bench) -> Result<ExitCode> {
-    let cases = bench.cases()?;
-    succeed(&mut cargo_with(
-        "build --quiet --release --package host-sim",
-    ))?;
-    let host_sim = target_directory()?.join("release/host-sim");
+    let chip = chip_of(&bench.board, bench.chip.as_deref())?;
+    if !bench.flashed {
+        knows(&chip)?;
+    }
     let out = bench.out.clone();
     let out = out.unwrap_or_else(|| format!("hil-test-{}.json", bench.board).into());
+    let save = |result: &Value| {
+        let text = serde_json::to_string_pretty(result)? + "\n";
+        fs::write(&out, text).with_context(|| format!("{}: is it writable?", out.display()))
+    };
     let source = git::Source::here().ok(); // none in an archive without a repository
     let mut result = json!({
         "board": bench.board,
@@ -67,6 +70,12 @@ pub fn hil_test(bench: &Bench) -> Result<ExitCode> {
         "changed": source.as_ref().map(|source| source.dirty),
         "steps": [],
     });
+    save(&result)?; // before what takes minutes
+    let cases = bench.cases(&chip)?;
+    succeed(&mut cargo_with(
+        "build --quiet --release --package host-sim",
+    ))?;
+    let host_sim = target_directory()?.join("release/host-sim");
     let scratch = target_directory()?.join("hil-test.json");
     let mut failed = 0;
     let mut run = |steps: Vec<(String, Command)>, result: &mut Value| {
@@ -77,8 +86,7 @@ pub fn hil_test(bench: &Bench) -> Result<ExitCode> {
             if let Some(steps) = result["steps"].as_array_mut() {
                 steps.push(step);
             }
-            let text = serde_json::to_string_pretty(result)? + "\n";
-            fs::write(&out, text).with_context(|| format!("{}: is it writable?", out.display()))?;
+            save(result)?;
         }
         anyhow::Ok(())
     };
@@ -96,11 +104,10 @@ pub fn hil_test(bench: &Bench) -> Result<ExitCode> {
 impl Bench {
     /// The cases of the board's chip; probe-rs writes their image before the first. Other boards
     /// have none.
-    fn cases(&self) -> Result<Vec<(String, Command)>> {
+    fn cases(&self, chip: &str) -> Result<Vec<(String, Command)>> {
         if self.flashed || self.board != STM32F405.name {
             return Ok(Vec::new());
         }
-        let chip = own_chip(self.chip.as_deref())?;
         needs::target()?;
         let image = cases()?;
         let step = |name| {
