@@ -75,18 +75,16 @@ pub fn download(name: &str, chip: Option<String>) -> Result<PathBuf> {
     Ok(built)
 }
 
-/// The chip of a board that is known, or this one, if the board's image is for it.
-pub fn chip_of(name: &str, chip: Option<&str>) -> Result<String> {
-    let chip = if name == STM32F405.name {
-        let chip = chip.unwrap_or(CHIP);
+/// The chip of a board: the given one, if the board's image runs on it, else its usual one.
+pub fn chip_of(name: &str, given: Option<&str>) -> Result<String> {
+    if name == STM32F405.name {
+        let chip = given.unwrap_or(CHIP);
         fits(STM32F405, chip)?;
-        chip
-    } else {
-        let family = boards::named(name)?;
-        let chip = chip.unwrap_or(family.chip);
-        is_of(family, chip)?;
-        chip
-    };
+        return Ok(chip.into());
+    }
+    let family = boards::named(name)?;
+    let chip = given.unwrap_or(family.chip);
+    is_of(family, chip)?;
     Ok(chip.into())
 }
 
@@ -167,8 +165,8 @@ pub fn knows(chip: &str) -> Result<()> {
     else {
         bail!(
             "probe-rs is missing; remedy: cargo install probe-rs-tools, or see https://probe.rs; \
-             without a probe: `cargo xtask flash` with --uf2 FILE for the RP2350, --dfu FILE for an \
-             STM32"
+             without a probe: `cargo xtask flash` with --uf2 FILE for the RP2350, --dfu FILE for \
+             an STM32"
         );
     };
     ensure!(

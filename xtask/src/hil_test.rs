@@ -57,10 +57,10 @@ pub fn hil_test(bench: &Bench) -> Result<ExitCode> {
     }
     let out = bench.out.clone();
     let out = out.unwrap_or_else(|| format!("hil-test-{}.json", bench.board).into());
-    let save = |result: &Value| {
-        let text = serde_json::to_string_pretty(result)? + "\n";
-        fs::write(&out, text).with_context(|| format!("{}: is it writable?", out.display()))
-    };
+    let writable = || format!("{}: is it writable?", out.display());
+    // before what takes minutes; earlier results stay until the first step has new ones
+    let file = fs::OpenOptions::new().append(true).create(true).open(&out);
+    file.with_context(writable)?;
     let source = git::Source::here().ok(); // none in an archive without a repository
     let mut result = json!({
         "board": bench.board,
@@ -70,7 +70,6 @@ pub fn hil_test(bench: &Bench) -> Result<ExitCode> {
         "changed": source.as_ref().map(|source| source.dirty),
         "steps": [],
     });
-    save(&result)?; // before what takes minutes
     let cases = bench.cases(&chip)?;
     succeed(&mut cargo_with(
         "build --quiet --release --package host-sim",
@@ -86,7 +85,8 @@ pub fn hil_test(bench: &Bench) -> Result<ExitCode> {
             if let Some(steps) = result["steps"].as_array_mut() {
                 steps.push(step);
             }
-            save(result)?;
+            let text = serde_json::to_string_pretty(result)? + "\n";
+            fs::write(&out, text).with_context(writable)?;
         }
         anyhow::Ok(())
     };

@@ -489,7 +489,7 @@ class Chip:
     def read(self, register):
         """A register of 32 bits. As `reg_read` reads it, without its search for the kind of register: this is for each slice."""
         self.cpu._do_reg_read(register, self.word_at)
-        return self.word.value & 0xFFFF_FFFF
+        return self.word.value
 
     def restart(self, cause, why=""):
         """A reset; here none is expected."""

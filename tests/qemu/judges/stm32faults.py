@@ -145,7 +145,7 @@ class Faulty(Chip):
     # Injected faults
 
     def inject(self):
-        if not self.faults or not any(fault[0] <= self.cycles for fault in self.faults):
+        if not any(fault[0] <= self.cycles for fault in self.faults):
             return
         due = [fault for fault in self.faults if fault[0] <= self.cycles]
         self.faults = [fault for fault in self.faults if fault[0] > self.cycles]

@@ -29,7 +29,7 @@ fn moving(t: f64) -> f64 {
 }
 
 const MEMS: [[f64; 3]; 2] = [[6e-3, -9e-3, 4e-3], [0.1, -0.06, 0.08]];
-/// After a step.
+/// The biases after a step.
 const OTHERS: [[f64; 3]; 2] = [[-5e-3, 7e-3, -8e-3], [-0.1, 0.12, -0.05]];
 
 /// Everything that the learner shows. Rust prints floats so that each bit counts.
