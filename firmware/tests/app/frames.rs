@@ -3,6 +3,7 @@
 use firmware::app::Config;
 use firmware::sample::RawSample;
 use firmware::wire::stim300::config::Config as Stim300;
+use firmware::wire::vectornav::Values;
 use firmware::wire::{Checked, Framer, ImuFormat, Simulated, framer};
 
 pub use firmware::wire::Fields;
@@ -44,6 +45,8 @@ impl Kind {
     pub const RAWIMUSX: Kind = Kind::of(ImuFormat::Novatel, 4);
     pub const HG4930: Kind = Kind::of(ImuFormat::Hg4930, 0);
     pub const S_CLASS: Kind = Kind::of(ImuFormat::Hg4930, 1);
+    /// Increments.
+    pub const VECTORNAV: Kind = Kind::of(ImuFormat::VectorNav(Values::Sensors), 0);
 
     /// An ADIS at the SPI, at 100 Hz. Its frames are those in which its bursts leave.
     pub const SPI: Kind = Kind {

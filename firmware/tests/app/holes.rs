@@ -5,11 +5,24 @@ use crate::frames::{Fields, Kind};
 use crate::record::configured;
 use firmware::app::Config;
 use firmware::control::Mode;
+use firmware::sample::RawSample;
+use firmware::wire::vectornav::{Repr, Values};
 
 /// Runs a sensor for some seconds over a line that delivers in bursts of 64 bytes. Of each ten
 /// seconds the first `lost` frames are missing. `real`: samples come in real time. Gives what is
 /// missing and how often blocks were given up.
 fn run(kind: Kind, seconds: u32, lost: u32, real: bool) -> (u32, u32, u32) {
+    run_frames(kind, |n, fields| kind.frame(n, fields), seconds, lost, real)
+}
+
+/// The same with frames of another making, configured as this kind is.
+fn run_frames(
+    kind: Kind,
+    frame: impl Fn(u32, Fields) -> Vec<u8>,
+    seconds: u32,
+    lost: u32,
+    real: bool,
+) -> (u32, u32, u32) {
     let mut unit = configured(kind);
     unit.correction.mode = Mode::Shadow;
     unit.correction.silence_us = 100_000;
@@ -23,7 +36,7 @@ fn run(kind: Kind, seconds: u32, lost: u32, real: bool) -> (u32, u32, u32) {
             ..Fields::default()
         };
         if n < 10 * rate || n % (10 * rate) >= lost {
-            burst.extend(kind.frame(n, fields));
+            burst.extend(frame(n, fields));
         }
         // some frames are late by a fifth of a period
         let random = u64::from(n.wrapping_mul(2_654_435_761) >> 16); // of 16 bits
@@ -56,4 +69,27 @@ fn frames_without_a_counter_that_get_lost_are_found() {
         // a recording that is sent faster has no clock
         assert_eq!(run(kind, 60, 6, false).0, 0);
     }
+}
+
+/// A VectorNav that sends no time stamp is as blind as these. Its messages look like those of one
+/// that does.
+#[test]
+fn vectornav_messages_without_a_time_stamp_that_get_lost_are_found() {
+    let increments = |_, fields: Fields| {
+        // common group: DeltaTheta alone
+        let mut repr = Repr::with_header(Values::Sensors, &[0x01, 0x00, 0x08]).expect("a header");
+        repr.sample = RawSample::Floats {
+            gyro: [1e-3, 2e-3, 3e-3],
+            accel: fields.accel.map(|count| count as f32 * 1e-5),
+        };
+        let mut bytes = vec![0; 256];
+        let len = repr.emit(&mut bytes).expect("room");
+        bytes.truncate(len);
+        bytes
+    };
+    let kind = Kind::VECTORNAV;
+    assert_eq!(run_frames(kind, increments, 60, 0, true), (0, 0, 0));
+    let (missed, jumps, given_up) = run_frames(kind, increments, 65, 60, true);
+    assert_eq!((missed, jumps), (360, 0));
+    assert!(given_up >= 6, "{given_up}");
 }

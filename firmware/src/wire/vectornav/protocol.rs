@@ -16,8 +16,10 @@ pub struct Protocol;
 
 /// The time stamps have 64 bits of nanoseconds.
 const TURN: f64 = power_of_two(64) * 1e-9;
-/// In [`ImuProtocol::content`], instead of a quantity: the message has no such values.
+/// In [`ImuProtocol::content`], instead of the accelerometers' quantity: there are none.
 const NONE: u8 = 3;
+/// Instead of the gyros' [`Quantity::Increments`]: the message has no time stamp.
+const UNTIMED: u8 = 3;
 
 /// Settings that the messages do not contain.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -41,20 +43,38 @@ impl ImuProtocol for Protocol {
     }
 
     /// The quantity of the gyros in bits 0 and 1, that of the accelerometers in bits 2 and 3, if
-    /// they are [`Values::Sensors`]; the time of increments in the others ([`Layout::period`]).
+    /// they are [`Values::Sensors`]. In the others the time of the gyros' increments
+    /// ([`Layout::period`]); without increments, 1 if the message has a time stamp.
     #[inline(never)] // not in the code of all formats
     fn content(frame: &[u8]) -> u8 {
         Layout::of(frame).map_or(0, |layout| {
-            let [gyro, accel] = [false, true].map(|accel| {
+            let timed = layout.time() != 0;
+            let quantity = |accel| {
                 let triad = layout.best(Values::Sensors, accel);
-                triad.map_or(NONE, |triad| triad.quantity as u8)
-            });
-            gyro | accel << 2 | layout.period(frame) << 4
+                triad.map(|triad| triad.quantity)
+            };
+            let (gyro, high) = match quantity(false) {
+                Some(Quantity::Increments) => {
+                    let gyro = if timed {
+                        Quantity::Increments as u8
+                    } else {
+                        UNTIMED
+                    };
+                    (gyro, layout.period(frame))
+                }
+                other => (other.unwrap_or(Quantity::Compensated) as u8, timed.into()),
+            };
+            gyro | quantity(true).map_or(NONE, |accel| accel as u8) << 2 | high << 4
         })
     }
 
     /// The rate is the configured one, unless the message has the time of its increments.
     fn stream(settings: &Settings, content: u8, rate: f64) -> Option<Stream> {
+        let (gyro, timed, period) = match (content & 3, content >> 4) {
+            (UNTIMED, period) => (Quantity::Increments as u8, false, period),
+            (0, period) => (Quantity::Increments as u8, true, period),
+            (gyro, timed) => (gyro, timed != 0, 0),
+        };
         let unit = |quantity: u8, increment: f64| {
             let increments =
                 settings.values == Values::Sensors && quantity == Quantity::Increments as u8;
@@ -68,16 +88,20 @@ impl ImuProtocol for Protocol {
             }
         };
         let rate = match settings.values {
-            Values::Sensors => layout::rate(content >> 4, rate),
+            Values::Sensors => layout::rate(period, rate),
             Values::Filtered => rate,
         };
         Some(Stream {
             units: Units {
-                gyro: unit(content & 3, DEGREE),
+                gyro: unit(gyro, DEGREE),
                 accel: unit(content >> 2 & 3, 1.0),
             },
             rate,
-            sequence: Sequence::Time { rate, turn: TURN },
+            sequence: if timed {
+                Sequence::Time { rate, turn: TURN }
+            } else {
+                Sequence::None
+            },
         })
     }
 

@@ -4,7 +4,7 @@ use super::checksum::seal;
 use super::*;
 use crate::wire::examples::made;
 use crate::wire::field::hex;
-use crate::wire::sequence::{Gap, Last, Stream};
+use crate::wire::sequence::{Gap, Last, Sequence, Stream};
 use crate::wire::{Checked, ImuFormat, Settings};
 use std::vec::Vec;
 
@@ -258,6 +258,53 @@ fn an_imu_that_is_not_heard_is_not_valid_nor_is_a_value_that_is_no_number() {
     seal(&mut bytes);
     let frame = over(&bytes);
     assert_eq!(frame.reading().valid, Axes::new(0b101, 7));
+}
+
+/// Whether messages are timed or the clock has to find lost ones.
+#[test]
+fn only_messages_with_a_time_stamp_are_timed() {
+    // each with TimeStartup, with TimeGps, and with neither
+    let headers: [(Values, [&[u8]; 3]); 3] = [
+        (
+            Values::Sensors, // DeltaTheta
+            [
+                &[0x01, 0x01, 0x08],
+                &[0x01, 0x02, 0x08],
+                &[0x01, 0x00, 0x08],
+            ],
+        ),
+        (
+            Values::Sensors, // UncompAccel, UncompGyro
+            [
+                &[0x06, 0x01, 0x00, 0x0C, 0x00],
+                &[0x06, 0x02, 0x00, 0x0C, 0x00],
+                &[0x04, 0x0C, 0x00],
+            ],
+        ),
+        (
+            Values::Filtered, // AngularRate, Accel
+            [
+                &[0x01, 0x21, 0x01],
+                &[0x01, 0x22, 0x01],
+                &[0x01, 0x20, 0x01],
+            ],
+        ),
+    ];
+    for (values, of) in headers {
+        let [startup, gps, none] = of.map(|header| {
+            let mut repr = Repr::with_header(values, header).unwrap();
+            let (gyro, accel) = (GYRO, ACCEL);
+            repr.sample = RawSample::Floats { gyro, accel };
+            let bytes = made(|buffer| repr.emit(buffer)).unwrap();
+            stream(&bytes, values)
+        });
+        let untimed = Stream {
+            sequence: Sequence::None,
+            ..startup
+        };
+        assert!(startup.turn().is_some(), "{of:?}");
+        assert_eq!((gps, none), (startup, untimed), "{of:?}");
+    }
 }
 
 #[test]
