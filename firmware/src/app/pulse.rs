@@ -206,7 +206,7 @@ impl Rhythm {
             self.wrong = 0;
             return Some(age.max(0) as f32 * 1e-6);
         }
-        self.wrong += 1;
+        self.wrong = self.wrong.saturating_add(1);
         if self.wrong >= WRONG {
             self.second_ms = None;
         }

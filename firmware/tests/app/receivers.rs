@@ -21,6 +21,8 @@ fn sentence(text: &str) -> Vec<u8> {
 /// A configured device, a sensor that sends every 5 ms, and a receiver.
 struct Bench {
     device: Device,
+    /// The sensor also sends a byte of no frame 3 ms after each.
+    chats: bool,
     frames: u32,
     /// When each came, microseconds.
     came: Vec<u64>,
@@ -40,6 +42,7 @@ impl Bench {
         };
         Bench {
             device: Device::new(config),
+            chats: false,
             frames: 0,
             came: Vec::new(),
             coming: Vec::new(),
@@ -70,6 +73,8 @@ impl Bench {
                 self.came.push(now);
                 let frame = KIND.frame(self.frames, Fields::default());
                 self.device.lines.sensor.input.extend(&frame);
+            } else if self.chats && now % 5000 == 3000 {
+                self.device.lines.sensor.input.extend([0]);
             }
             self.device.settle();
             self.device.lines.navigation.sent.clear();
@@ -104,10 +109,15 @@ fn rmc_gga(second: u64) -> Vec<u8> {
 /// while they are missing, and is that of the simulation to the step of a millisecond.
 #[test]
 fn samples_have_the_receivers_time() {
+    [false, true].into_iter().for_each(have_the_receivers_time);
+}
+
+fn have_the_receivers_time(chats: bool) {
     let mut bench = Bench::new(|receiver| {
         receiver.protocol = ReceiverProtocol::Nmea;
         receiver.pulse = true;
     });
+    bench.chats = chats;
     let mut states = Vec::new();
     for second in 1..40 {
         if second < 30 {
@@ -144,15 +154,17 @@ fn samples_have_the_receivers_time() {
 }
 
 /// The delay is configured as 0.1 s and is 0.6 s. With a pulse the age comes out as 0.6 s plus the
-/// time that the bytes take. Without one it is not known.
+/// time that the bytes take, at the last sample, whatever the sensor sends besides. Without one it
+/// is not known.
 #[test]
 fn the_pulse_makes_the_age_exact() {
-    for wired in [true, false] {
+    for (wired, chats) in [(true, false), (true, true), (false, false)] {
         let mut bench = Bench::new(|receiver| {
             receiver.protocol = ReceiverProtocol::Nmea;
             receiver.fix_delay = 0.1;
             receiver.pulse = wired;
         });
+        bench.chats = chats;
         for second in 1..30 {
             bench.pulses.push(1_000_000 * second + 123);
             let bytes = rmc_gga(second);
@@ -168,6 +180,12 @@ fn the_pulse_makes_the_age_exact() {
                 Some(age) => {
                     let want = 0.6 + took as f32 * 1e-6;
                     assert!(wired && second >= 5 && (age - want).abs() < 0.005, "{age}");
+                    let valid = 1_000_000 * second + 123;
+                    let is_at = |came: &u64| {
+                        let since = came.saturating_sub(valid) as f32 * 1e-6;
+                        (age - since).abs() < 2e-4
+                    };
+                    assert!(bench.came.iter().any(is_at), "{age}");
                 }
                 None => assert!(!wired || second < 5, "{second}"),
             }

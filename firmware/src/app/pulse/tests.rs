@@ -182,6 +182,21 @@ fn a_first_fix_that_is_too_late_misleads_only_for_a_while() {
     assert!(near(last, 0.3), "{last:?}");
 }
 
+/// The configured delay is wrong, so no age is believed for hours. Once it is right, ages come at
+/// once.
+#[test]
+fn hours_of_unbelievable_ages_change_nothing() {
+    let mut clocks = Clocks::new(1000, 1_000_000);
+    clocks.pulses(0..5);
+    for second in 5..5000 {
+        clocks.pulses(second..second + 1);
+        let age = clocks.age_told(second * 1000, 0.5, Some([0.1, 0.01]));
+        assert_eq!(age, None, "{second}");
+    }
+    let age = clocks.age_told(4_999_000, 0.5, Some([0.5, 0.01]));
+    assert!(near(age, 0.5), "{age:?}");
+}
+
 /// The line is inverted: it rises at the end of the pulse, `width` seconds late. Where fixes come
 /// sooner than that, they would be 1 s - width too old. An age that may be is taken.
 #[test]
