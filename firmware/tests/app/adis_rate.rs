@@ -98,3 +98,58 @@ fn another_rate_sets_the_sensor_again() {
         assert_eq!(device.app.faults() & fault::RATE, 0, "{rate} {baud}");
     }
 }
+
+/// Sends bursts `hz` times a second, of which the last bytes are damaged if so said. Gives after how
+/// many milliseconds the board was told to set the sensor up again, and how many bytes have left.
+fn bursts(
+    device: &mut Device,
+    model: Model,
+    hz: u32,
+    damaged: bool,
+    ms: u32,
+) -> (Option<u32>, usize) {
+    let (mut again, mut left) = (None, 0);
+    for number in 0..ms * hz / 1000 {
+        let burst = Burst {
+            counter: number as u16,
+            gyro: [number as i32 % 13, 5, 7],
+            ..Burst::default()
+        };
+        let mut sent = reply(model.form(), &burst);
+        if damaged {
+            sent.iter_mut().rev().take(12).for_each(|byte| *byte = 0);
+        }
+        left += pass(device, &sent).map_or(0, |bytes| bytes.len());
+        device.pass_us(u64::from(1_000_000 / hz));
+        device.settle();
+        if device.app.must_detect_again() {
+            assert_eq!(again.replace(number * 1000 / hz), None, "once");
+        }
+    }
+    (again, left)
+}
+
+/// An ADIS that restarts by itself has lost what the board had set: its bursts have another form,
+/// so that the checksum is wrong, or another rate. The board is told to set it up again, once, and
+/// then all is as before.
+#[test]
+fn a_sensor_that_lost_its_settings_is_set_up_again() {
+    let model = Model::Adis16507(1);
+    let configuration = Configuration {
+        sensor: at_spi(model, false),
+        ..Configuration::default()
+    };
+    for (hz, damaged) in [(1000, true), (2000, false)] {
+        let mut device = Device::new(Config::of(&configuration));
+        assert_eq!(find(&mut device, model), 1000.0);
+        let (again, passed) = bursts(&mut device, model, 1000, false, 10_000);
+        assert_eq!((again, passed > 0), (None, true));
+        let (again, _) = bursts(&mut device, model, hz, damaged, 30_000);
+        assert!(again.is_some_and(|ms| ms <= 11_000), "{hz} Hz: {again:?}");
+        find(&mut device, model);
+        let (again, left) = bursts(&mut device, model, 1000, false, 50_000);
+        assert_eq!((again, left * 2), (None, passed * 10), "{hz} Hz");
+        let odd = fault::UNKNOWN_FORMAT | fault::RATE;
+        assert_eq!(device.app.faults() & odd, 0, "{hz} Hz");
+    }
+}

@@ -34,8 +34,17 @@ impl App<'_> {
         configuration.bursts().ok().flatten()
     }
 
+    /// Called once a second. A sensor that restarts by itself begins with its factory settings:
+    /// bursts of another form, whose checksums are wrong here, at another rate. Where that shows,
+    /// the board must set it up again.
+    pub(super) fn look_for_settings(&mut self) {
+        let odd = self.flow.health.faults & (fault::UNKNOWN_FORMAT | fault::RATE);
+        let new = odd & !core::mem::replace(&mut self.spi.odd, odd);
+        self.spi.set_up |= new != 0 && self.spi.detected.is_some();
+    }
+
     /// Whether the board must detect and set up its ADIS again, because the configured rate has
-    /// changed. True once for each change.
+    /// changed, or because the sensor has lost its settings. True once for each change.
     pub fn must_detect_again(&mut self) -> bool {
         core::mem::take(&mut self.spi.set_up)
     }

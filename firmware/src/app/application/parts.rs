@@ -50,8 +50,10 @@ impl SensorLink {
 #[derive(Debug, Default)]
 pub(super) struct SpiSensor {
     pub(super) detected: Option<DetectedSensor>,
-    /// Whether it must be set to another rate.
+    /// Whether it must be set up again.
     pub(super) set_up: bool,
+    /// Faults a second ago that a sensor with its factory settings shows.
+    pub(super) odd: u32,
 }
 
 /// The command link.

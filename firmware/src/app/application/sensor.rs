@@ -112,6 +112,7 @@ impl App<'_> {
         if hears && now.saturating_sub(self.link.frameless_us) >= FRAMELESS_US {
             self.flow.health.flag(fault::UNKNOWN_FORMAT, true);
         }
+        self.look_for_settings();
     }
 
     /// The first pass.
