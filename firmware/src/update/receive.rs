@@ -161,6 +161,11 @@ impl<F: NorFlash> Updater<F> {
         if self.header.is_some_and(|(begun, _)| begun == *bytes) {
             return Ok(()); // it goes on
         }
+        if self.report.step == Step::Ready {
+            // what was ready is not to be started any more, not even if power fails here
+            let free = 1 - self.runs;
+            (self.slots.mark(free, Mark::Tried)).map_err(|_| Refusal::Flash)?;
+        }
         self.header = Some((*bytes, header));
         self.erased = 0;
         self.report.step = Step::Receives;

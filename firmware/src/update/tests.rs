@@ -254,6 +254,25 @@ fn without_a_confirmation_the_one_before_comes_back_and_a_new_one_may_follow() {
     }
 }
 
+/// An update that was ready is not started once another one was begun in its place.
+#[test]
+fn what_was_replaced_is_not_started() {
+    let (mut chip, images) = (chip(), [1, 2].map(|fill| image(1, 900, fill)));
+    let headers = images.each_ref().map(|image| signed(&stated(1, image)));
+    let mut updater = updater(&chip, 0);
+    update(&mut updater, &headers[0], &images[0]).expect("taken");
+    let (header, older) = (headers[1], false);
+    assert_eq!(
+        updater.carry_out(&Order::Begin { header, older }).done,
+        Ok(())
+    );
+    chip = updater.into_inner();
+    assert_eq!(starts(&mut chip), Some(0));
+    let mut updater = self::updater(&chip, 0);
+    update(&mut updater, &headers[1], &images[1]).expect("taken");
+    assert_eq!(starts(&mut updater.into_inner()), Some(1));
+}
+
 #[test]
 fn what_is_wrong_is_refused_by_name_before_anything_is_erased() {
     let image = image(1, 900, 1);
