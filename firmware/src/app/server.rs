@@ -234,6 +234,9 @@ impl Server {
         now_us: u64,
         buffer: &'b mut [u8; MAX_CHUNK],
     ) -> Response<'b> {
+        if flow.pending.commanded && wear::waits_for_the_store(request) {
+            return Response::Refused(Reason::Busy);
+        }
         let done = match *request {
             Request::GetVersion => return Response::Version(reports::VERSION),
             Request::GetHealth => return Response::Health(reports::health(flow, machine)),
@@ -331,7 +334,9 @@ impl Server {
         flow: &mut Flow,
         now_us: u64,
     ) -> Result<(), Reason> {
-        if self.guard.protection() != Protection::Keyed && now_us > FIRST_KEY_US {
+        let first = self.guard.protection() != Protection::Keyed;
+        let reset = flow.config.hardware.reset.as_ref();
+        if first && (now_us > FIRST_KEY_US || reset.is_some_and(Reset::is_by_software)) {
             return Err(Reason::TooLate);
         }
         Self::may_store(flow)?;

@@ -14,7 +14,7 @@ use firmware::wire::command::{
     ClockSource, Crystal, Request, Reset, Response, cause, fault, unwell,
 };
 
-const START: Reset = Reset {
+pub const START: Reset = Reset {
     causes: cause::WATCHDOG | cause::PIN,
     uptime_ms: 0,
     safe: false,

@@ -309,7 +309,6 @@ fn one_power_on_is_one_drive() {
         bench.device.order(&Request::SetMode(Mode::Bypass));
         board.run(&mut bench, 2);
         bench.device.order(&Request::StoreImage);
-        bench.device.order(&Request::StoreImage);
         assert_eq!(board.pass(&mut bench), Some(Step::Save));
         bench.device.order(&Request::SetMode(Mode::Learn));
         board.run(&mut bench, 40);

@@ -10,7 +10,7 @@ use firmware::control::{Field, Mode, Reason};
 use firmware::model::Nets;
 use firmware::store::{self, Content, Store};
 use firmware::wire::checksum::crc32_zlib;
-use firmware::wire::command::{Request, Response, StoreReport, fault};
+use firmware::wire::command::{Provision, Request, Response, StoreReport, fault};
 use lrnn_nostd::image;
 
 const STIM: Kind = Kind::STIM;
@@ -47,6 +47,44 @@ fn stores(device: &mut Device, flash: &mut Flash) -> Response<'static> {
         .store(|step, content| store.carry_out(step, content));
     *flash = store.into_inner();
     response
+}
+
+/// While a record is being stored by command, what it holds stays in use, so that what is called
+/// stored is there after a power cycle. Nor may the device restart: the record would be lost.
+#[test]
+fn nothing_changes_while_a_record_is_stored() {
+    let mut device = powered(&blank());
+    let mut first = configured(STIM);
+    first.correction.mode = Mode::Bypass;
+    assert_eq!(configure(&mut device, &record(&first)), Ok(()));
+    device.order(&Request::StoreImage);
+    let job = device.app.job().expect("a record");
+    let mut other = first.clone();
+    other.identity.serial = "N2".try_into().expect("short");
+    assert_eq!(configure(&mut device, &encode(&other)), Err(Reason::Busy));
+    for request in [
+        Request::CommitImage { length: 0 },
+        Request::CommitLearnt,
+        Request::StoreImage,
+        Request::Provision(Provision::OpenByChoice),
+        Request::SetMode(Mode::Frozen),
+        Request::Restart,
+    ] {
+        let busy = Response::Refused(Reason::Busy);
+        device.ask(&request, |answer| assert_eq!(answer, busy, "{request:?}"));
+    }
+    device.order(&Request::SetMode(Mode::Bypass));
+    assert!(board(&mut device, |board| !board.stored));
+    device.app.stored(&job.done(store::Progress::Done));
+    assert!(board(&mut device, |board| board.stored));
+    assert_eq!(read(&mut device), record(&first));
+    // what was refused is possible again; the same is not stored a second time
+    device.order(&Request::StoreImage);
+    assert!(device.app.job().is_none());
+    assert_eq!(configure(&mut device, &encode(&other)), Ok(()));
+    assert!(board(&mut device, |board| !board.stored));
+    device.order(&Request::StoreImage);
+    assert!(device.app.job().is_some());
 }
 
 /// Weights, configuration and line settings that were stored are in use after a power cycle. What

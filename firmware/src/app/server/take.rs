@@ -7,9 +7,6 @@ use crate::configuration::record::{self, Record};
 use crate::control::{Alignment, Mode, Reason};
 use crate::model::{IMAGES_LEN, NETS_LEN, Nets};
 
-/// Longest time of two erasures (STM32F405), ms.
-const RENEWAL_MS: u32 = 4000;
-
 impl Server {
     /// Takes a piece that begins within what is there or directly after it: a piece may be sent
     /// again, but must not leave a gap.
@@ -82,10 +79,6 @@ pub(super) fn may_exchange(flow: &Flow) -> Result<(), Reason> {
 pub(super) fn set_mode(mode: Mode, flow: &mut Flow, machine: &mut Machine) -> Result<(), Reason> {
     if mode != Mode::Bypass && !flow.config.configured {
         return Err(Reason::NotConfigured);
-    }
-    // the processor still halts for the key
-    if mode != Mode::Bypass && flow.pending.renewals > 0 {
-        return Err(Reason::Wait(RENEWAL_MS));
     }
     if mode == Mode::Learn && !flow.learning.exists() {
         return Err(Reason::NotAvailable);

@@ -12,6 +12,7 @@ use super::bucket::Bucket;
 use crate::app::flow::Flow;
 use crate::control::{Alignment, Mode, Reason};
 use crate::model::{IMAGES_LEN, Nets};
+use crate::wire::command::Request;
 use crate::wire::command::key::{Digest, Key};
 
 /// Records that are stored in a row.
@@ -83,6 +84,23 @@ pub(in crate::app) fn digest(nets: &Nets, record: &[u8], key: &Key) -> [u8; 16] 
     digest.value()
 }
 
+/// Whether a request is refused while a record is stored by command: what changes its content, so
+/// that what is called stored is what is in use; what ends it; and what the processor's halts would
+/// disturb. [`Request::StoreImage`] shows so when it has ended.
+pub(super) fn waits_for_the_store(request: &Request) -> bool {
+    match request {
+        Request::SetMode(mode) => *mode != Mode::Bypass,
+        Request::CommitImage { .. }
+        | Request::CommitLearnt
+        | Request::CommitConfiguration { .. }
+        | Request::StoreImage
+        | Request::Provision(_)
+        | Request::FinishUpdate
+        | Request::Restart => true,
+        _ => false,
+    }
+}
+
 impl Server {
     /// Whether a record may be stored now.
     pub(super) fn may_store(flow: &Flow) -> Result<(), Reason> {
@@ -101,9 +119,6 @@ impl Server {
     /// Makes the board store the content in use, unless it is stored already.
     pub(super) fn store(&mut self, flow: &mut Flow, now_us: u64) -> Result<(), Reason> {
         Self::may_store(flow)?;
-        if flow.pending.commanded {
-            return Ok(()); // asked again before the board got to it
-        }
         self.wear.looks.take(now_us).map_err(Reason::Wait)?;
         let nets = flow.pending.nets(&flow.config.nets);
         let digest = digest(nets, &self.record, &self.guard.key);

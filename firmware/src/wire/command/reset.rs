@@ -153,3 +153,13 @@ pub struct Reset {
     /// The last crash since power-on.
     pub crash: Option<Crash>,
 }
+
+impl Reset {
+    /// Whether the program has ended itself or was ended by a watchdog, and the power stayed on.
+    #[must_use]
+    pub fn is_by_software(&self) -> bool {
+        let power = cause::BROWN_OUT | cause::POWER_ON;
+        let own = cause::SOFTWARE | cause::WATCHDOG | cause::WINDOW;
+        self.causes & power == 0 && self.causes & own != 0
+    }
+}

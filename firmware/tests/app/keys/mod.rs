@@ -8,15 +8,16 @@ mod wear;
 
 use crate::device::Device;
 use crate::frames::Kind;
+use crate::health::START;
 use crate::record::{HARDWARE, configured};
-use firmware::app::{App, Config, Phase};
+use firmware::app::{App, Config, Hardware, Phase};
 use firmware::control::recording::Order;
 use firmware::control::{Alignment, Mode, Reason, Window};
 use firmware::fix::Heading;
 use firmware::wire::cobs;
 use firmware::wire::command::key::{Challenge, Direction, Key, Secret};
 use firmware::wire::command::seal::{Opened, Sealer, encode_sealed, open};
-use firmware::wire::command::{MAX_PACKET, Provision, Request, Response, Security, encode};
+use firmware::wire::command::{MAX_PACKET, Provision, Request, Reset, Response, Security, encode};
 
 const STIM: Kind = Kind::STIM;
 const KEY: Secret = secret(0x20);
@@ -124,12 +125,16 @@ fn security(device: &mut Device) -> Security {
 
 /// A device that is configured, stands in bypass, can store, and has a key.
 fn keyed(seed: u8) -> Device {
+    keyed_at(HARDWARE, seed)
+}
+
+fn keyed_at(hardware: Hardware, seed: u8) -> Device {
     let mut device = Device::new(Config::default());
     let mut unit = configured(STIM);
     unit.correction.mode = Mode::Bypass;
     device.app = App::new(Config {
         store: true,
-        hardware: HARDWARE,
+        hardware,
         ..Config::of(&unit)
     });
     device.app.set_key(Key::Secret(KEY));

@@ -1,18 +1,10 @@
 //! Puts what a device has learnt into use.
 
 use super::link::Link;
-use firmware::control::Reason;
 use firmware::learn::bank::NAMES;
 use firmware::learn::rehearsal::of_100;
 use firmware::wire::command::{Progress, Request};
 use host_core::error::Error;
-use std::thread;
-use std::time::{Duration, Instant};
-
-/// Time between two tries of an order that a busy device refuses.
-const AGAIN: Duration = Duration::from_millis(50);
-/// Longest wait for a busy device.
-const PATIENCE: Duration = Duration::from_secs(5);
 
 /// Uses what the device has learnt from the next block on. Returns what is in use then, in words.
 ///
@@ -34,7 +26,7 @@ pub fn commit(link: &mut Link) -> Result<String, Error> {
             "wait for the proof: `host-sim device watch` shows how far it is",
         ));
     }
-    patiently(link, &Request::CommitLearnt)?;
+    link.order(&Request::CommitLearnt)?;
     let what = match winner {
         0 => format!("the networks learnt from {references} references"),
         winner => {
@@ -51,20 +43,5 @@ fn so_far(of: &Progress) -> String {
     match name.filter(|_| of.nearest > 0) {
         Some(name) => format!("\"{name}\": proof {} of 100", of_100(of.proof, of.proved)),
         None => "no rehearsal has ended".into(),
-    }
-}
-
-/// Gives an order that may have to wait for the learner's work; repeats it for up to 5 s.
-///
-/// # Errors
-/// As [`Link::order`].
-pub fn patiently(link: &mut Link, request: &Request) -> Result<(), Error> {
-    let begun = Instant::now();
-    loop {
-        match link.try_order(request)? {
-            Ok(()) => return Ok(()),
-            Err(Reason::Busy) if begun.elapsed() < PATIENCE => thread::sleep(AGAIN),
-            Err(_) => return link.order(request), // the refusal in words
-        }
     }
 }

@@ -17,8 +17,10 @@ use std::time::{Duration, Instant};
 
 /// Timeout of an answer, after which the request is repeated.
 const TIMEOUT: Duration = Duration::from_millis(500);
-/// Time until a request to a busy device is repeated.
+/// Time until a request to a busy device is repeated, and how long it is. A device is busy while it
+/// stores by command: an STM32F405 halts for 4 s when it stores another key.
 const BUSY: Duration = Duration::from_millis(20);
+const PATIENCE: Duration = Duration::from_secs(20);
 /// Number of times that a request is sent.
 const TRIES: u32 = 8;
 
@@ -103,14 +105,14 @@ impl Link {
         request: &Request,
         read: impl Fn(&Response) -> Option<T>,
     ) -> Result<Result<T, Reason>, Error> {
-        for _ in 1..self.tries {
+        let begun = Instant::now();
+        loop {
             let answer = self.request_once(request, &read)?;
-            if !matches!(answer, Err(Reason::Busy)) {
+            if !matches!(answer, Err(Reason::Busy)) || begun.elapsed() > PATIENCE {
                 return Ok(answer);
             }
             std::thread::sleep(BUSY);
         }
-        self.request_once(request, &read)
     }
 
     /// As [`Link::request`], repeated only when there is no answer.

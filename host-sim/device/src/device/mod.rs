@@ -27,7 +27,7 @@ mod watch;
 mod weights;
 
 pub use blackbox::{Fetched, fetch, recording};
-pub use commit::{commit, patiently};
+pub use commit::commit;
 pub use configure::{configuration, configure, record, send};
 pub use info::{Info, LineInfo, Memory, Protected, StoreState, Updates, info};
 pub use key::{make_key, read_key};

@@ -58,12 +58,11 @@ fn give(link: &mut Link, secret: Option<Secret>) -> Result<(), Error> {
     link.order(&Request::SetMode(Mode::Bypass))?;
     let with = secret.map_or(Provision::OpenByChoice, Provision::Secret);
     let given = link.order(&Request::Provision(with));
-    if given.is_ok() {
+    let stored = given.and_then(|()| {
         link.set_key(secret);
-    }
-    let stored = settled(link);
+        settled(link)
+    });
     link.order(&Request::SetMode(before))?;
-    given?;
     stored?;
     let wanted = match secret {
         Some(_) => Protection::Keyed,

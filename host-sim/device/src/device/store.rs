@@ -21,15 +21,17 @@ pub fn can_store(link: &mut Link) -> Result<bool, Error> {
 /// As [`Link::ask`]; the device cannot store, or it failed.
 pub fn store(link: &mut Link, after: Mode) -> Result<(), Error> {
     link.order(&Request::SetMode(Mode::Bypass))?;
-    let begun = link.order(&Request::StoreImage);
-    let stored = settled(link);
+    let stored = link
+        .order(&Request::StoreImage)
+        .and_then(|()| settled(link));
     link.order(&Request::SetMode(after))?;
-    begun?;
     stored
 }
 
-/// Checks that the device has stored what it was asked to. It answers again when it is done.
+/// Waits until the device has stored what it was asked to, and checks that it has: it is busy until
+/// then, and does not store the same again.
 pub(super) fn settled(link: &mut Link) -> Result<(), Error> {
+    link.order(&Request::StoreImage)?;
     if link.health()?.faults & fault::STORE == 0 {
         return Ok(());
     }

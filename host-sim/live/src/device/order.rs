@@ -4,7 +4,7 @@ use firmware::control::{Alignment, Mode};
 use firmware::fix::Heading;
 use firmware::wire::command::Request;
 use host_core::error::Error;
-use host_device::device::{Link, MODES, commit, configure, mode_name, patiently, store};
+use host_device::device::{Link, MODES, commit, configure, mode_name, store};
 use host_unit::Unit;
 use serde::Deserialize;
 use std::fs;
@@ -96,7 +96,7 @@ fn align(link: &mut Link, finished: bool) -> Result<String, Error> {
     } else {
         (Alignment::Started, "the alignment has begun")
     };
-    patiently(link, &Request::Alignment(alignment))?;
+    link.order(&Request::Alignment(alignment))?;
     Ok(words.into())
 }
 
