@@ -7,7 +7,7 @@ pub use page::{document, verdict};
 use crate::terminal::{MARK, fitted, named};
 use comfy_table::{CellAlignment, Table, presets};
 use host_chart::axis::grouped;
-use host_lab::experiment::sessions::{self, Judged, PHASES, PaperRow, Row};
+use host_lab::experiment::sessions::{self, Judged, PHASES, PaperRow, Row, shared};
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
@@ -33,7 +33,7 @@ pub fn text(sessions: &[Judged], start: &str, width: usize) -> String {
     );
     for phase in PHASES {
         if let Some(mut table) = table(&rows, phase) {
-            let horizons = 1..table.column_count().saturating_sub(2);
+            let horizons = 1..table.column_count().saturating_sub(1);
             let table = fitted(table, width, horizons);
             let _ = writeln!(out, "\n{phase}\n{table}");
         }
@@ -43,7 +43,7 @@ pub fn text(sessions: &[Judged], start: &str, width: usize) -> String {
 
 /// A phase: a row a scheme, a column a horizon.
 fn table(rows: &[&Row], phase: &str) -> Option<Table> {
-    let of = of_phase(rows, phase);
+    let of = shared(&of_phase(rows, phase));
     let (horizons, schemes) = (horizons(&of), schemes(&of));
     if schemes.is_empty() {
         return None;
@@ -51,8 +51,7 @@ fn table(rows: &[&Row], phase: &str) -> Option<Table> {
     let mut table = Table::new();
     table.load_preset(presets::NOTHING);
     let seconds = horizons.iter().map(|horizon| format!("{horizon} s"));
-    let head = std::iter::once("scheme".to_owned()).chain(seconds);
-    table.set_header(head.chain(["sessions".to_owned()]));
+    table.set_header(std::iter::once("scheme".to_owned()).chain(seconds));
     let mut schemes = schemes;
     let end = |scheme: &str| median(&of, phase, scheme, *horizons.last()?);
     schemes.sort_by(|a, b| {
@@ -64,15 +63,26 @@ fn table(rows: &[&Row], phase: &str) -> Option<Table> {
             let median = median(&of, phase, scheme, *horizon);
             median.map_or("-".into(), figure)
         });
-        let own = of.iter().filter(|row| row.scheme == scheme);
-        let count = own.map(|row| row.session).collect::<BTreeSet<_>>().len();
-        let cells = std::iter::once(named(scheme)).chain(shown);
-        table.add_row(cells.chain([count.to_string()]));
+        table.add_row(std::iter::once(named(scheme)).chain(shown));
     }
+    table.add_row(counted_sessions(&of, &horizons));
     for column in table.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);
     }
     Some(table)
+}
+
+/// The last line of a phase's table: over how many sessions its medians are.
+fn counted_sessions(rows: &[&Row], horizons: &[f64]) -> Vec<String> {
+    let count = |horizon: &f64| {
+        let own = rows.iter().filter(|row| row.horizon_s == *horizon);
+        let sessions: BTreeSet<usize> = own.map(|row| row.session).collect();
+        sessions.len().to_string()
+    };
+    let counts = horizons.iter().map(count);
+    std::iter::once("sessions".to_owned())
+        .chain(counts)
+        .collect()
 }
 
 /// The paper's test: a row a scheme, a column a protocol, the median and the range over the drives.

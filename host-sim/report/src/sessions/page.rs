@@ -1,6 +1,6 @@
 //! The page of several sessions of one unit.
 
-use super::{figure, median, of_phase, schemes};
+use super::{counted_sessions, figure, median, of_phase, schemes};
 use crate::document::{Document, Figure, Part, Table};
 use crate::front::{Each, Front, SIZES, three};
 use crate::text::{capital, counted, thousands};
@@ -8,7 +8,7 @@ use crate::verdict::{Device, Effect, Several, times, waits};
 use host_chart::axis::{Axis, extent, widened};
 use host_chart::palette::{Look, RNN, SOFT, scheme as look};
 use host_chart::picture::{Legend, Mark, Panel, Picture, WIDTH};
-use host_lab::experiment::sessions::{Judged, PHASES, Row};
+use host_lab::experiment::sessions::{Judged, PHASES, Row, shared};
 use serde_json::json;
 
 /// Schemes in the pictures.
@@ -210,13 +210,14 @@ fn course(sessions: &[Judged]) -> Part {
 fn part(rows: &[&Row], phase: &str, start: &str) -> Option<Part> {
     let of: Vec<&Row> = of_phase(rows, phase);
     let longest = of.iter().map(|row| row.horizon_s).reduce(f64::max)?;
-    let horizons = super::horizons(&of);
+    let compared = shared(&of);
+    let horizons = super::horizons(&compared);
     let head = std::iter::once("scheme".to_owned());
     let head = head.chain(horizons.iter().map(|h| format!("{h} s")));
     let line = |scheme: &&str| {
         let cells = horizons
             .iter()
-            .map(|h| median(&of, phase, scheme, *h).map_or("-".into(), figure));
+            .map(|h| median(&compared, phase, scheme, *h).map_or("-".into(), figure));
         std::iter::once((*scheme).to_owned()).chain(cells).collect()
     };
     let means = match phase {
@@ -239,9 +240,17 @@ fn part(rows: &[&Row], phase: &str, start: &str) -> Option<Part> {
             narrow: None,
         }],
         tables: vec![Table {
-            caption: Some("Error, m: median over the sessions of the median of each".into()),
+            caption: Some(
+                "Error, m: median over the sessions of the median of each, over the sessions that \
+                 all schemes have at that time"
+                    .into(),
+            ),
             head: head.collect(),
-            rows: schemes(&of).iter().map(line).collect(),
+            rows: schemes(&compared)
+                .iter()
+                .map(line)
+                .chain([counted_sessions(&compared, &horizons)])
+                .collect(),
             text: 1,
             ..Table::default()
         }],

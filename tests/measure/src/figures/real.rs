@@ -1,10 +1,12 @@
 //! What real units over their power-ons show: `docs/figures/real-*.csv`, from the sessions in the
 //! folder of recorded data (`../shared/data/sessions`, or `sessions` in `LRNN_DATA`).
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
+use host_lab::experiment::sessions::{PHASES, Row, shared};
 use qemu::committed::Committed;
 use qemu::images::{target_directory, workspace};
 use serde_json::Value;
@@ -27,6 +29,8 @@ const PAPER: (&str, &str) = ("wid", "50");
 /// The phases in the tables of the page; the files have all.
 const SHOWN: [&str; 4] = ["none", "10 s", "40 s", "all"];
 const HORIZONS: [f64; 4] = [5.0, 10.0, 30.0, 60.0];
+/// The row with the number of sessions.
+const COUNT: &str = "sessions";
 
 /// Writes the tables, if the sessions are there.
 pub fn write() -> Result<()> {
@@ -72,11 +76,11 @@ fn write_unit(sessions: &Path, name: &str, unit: &str, folder: &str) -> Result<(
     }
     succeed(run.arg("--json").arg(&json))?;
     let results: Value = serde_json::from_str(&fs::read_to_string(&json)?)?;
-    let rows = results["rows"].as_array().context("no rows")?;
+    let rows: Vec<Row> = serde_json::from_value(results["rows"].clone())?;
     ensure!(!rows.is_empty(), "no rows");
     fs::write(
         workspace().join(format!("docs/figures/{name}.csv")),
-        csv(folder, rows, headers.len()),
+        csv(folder, &rows, headers.len()),
     )?;
     if let Some(rows) = results["paper"].as_array() {
         let file = workspace().join("docs/figures/real-paper.csv");
@@ -122,39 +126,41 @@ fn paper(folder: &str, rows: &[Value]) -> String {
     out
 }
 
-/// A row for each phase and scheme, a column for each horizon.
-fn csv(folder: &str, rows: &[Value], sessions: usize) -> String {
+/// A row for each phase and scheme, a column for each horizon. The first row of a phase has the
+/// number of sessions, which is the same for all schemes of a cell.
+fn csv(folder: &str, rows: &[Row], sessions: usize) -> String {
     let mut out = format!(
         "# `host-sim replay sessions` on {sessions} sessions of {folder}: median over the sessions \
          of the median horizontal error, m, learner {}\nfixes before,scheme,5 s,10 s,30 s,60 s\n",
         firmware::learn::VERSION
     );
-    let text = |row: &Value, key: &str| row[key].as_str().unwrap_or_default().to_owned();
-    let mut seen: Vec<(String, String)> = Vec::new();
-    for row in rows {
-        let of = (text(row, "phase"), text(row, "scheme"));
-        if !seen.contains(&of) {
-            seen.push(of);
+    for phase in PHASES {
+        let of: Vec<&Row> = rows.iter().filter(|row| row.phase == phase).collect();
+        let of = shared(&of);
+        let shown = match phase {
+            "power-on" => "none",
+            "end" => "all",
+            other => &format!("{} s", other.trim_start_matches("fixes-")),
+        };
+        let counts = HORIZONS.map(|horizon| {
+            let own = of.iter().filter(|row| row.horizon_s == horizon);
+            let sessions: BTreeSet<usize> = own.map(|row| row.session).collect();
+            sessions.len().to_string()
+        });
+        out += &format!("{shown},{COUNT},{}\n", counts.join(","));
+        let mut schemes: Vec<&str> = Vec::new();
+        for row in &of {
+            if !schemes.contains(&row.scheme.as_str()) {
+                schemes.push(&row.scheme);
+            }
         }
-    }
-    let phases = [
-        "power-on", "fixes-5", "fixes-10", "fixes-20", "fixes-40", "end",
-    ];
-    for phase in phases {
-        for (_, scheme) in seen.iter().filter(|(of, _)| of == phase) {
+        for scheme in schemes {
             let cells = HORIZONS.map(|horizon| {
-                let own = rows.iter().filter(|row| {
-                    text(row, "phase") == phase
-                        && text(row, "scheme") == *scheme
-                        && row["horizon_s"].as_f64() == Some(horizon)
-                });
-                median(own.filter_map(|row| row["median_m"].as_f64()).collect())
+                let own = of
+                    .iter()
+                    .filter(|row| row.scheme == scheme && row.horizon_s == horizon);
+                median(own.map(|row| row.median_m).collect())
             });
-            let shown = match phase {
-                "power-on" => "none",
-                "end" => "all",
-                other => &format!("{} s", other.trim_start_matches("fixes-")),
-            };
             out += &format!("{shown},`{scheme}`,{}\n", cells.join(","));
         }
     }

@@ -22,12 +22,14 @@ mod order;
 mod paper;
 mod reference;
 mod rivals;
+mod shared;
 mod timeline;
 
 pub use coasts::median;
 pub use host_estimation::learning::device::Course;
 pub use paper::{PaperRow, paper};
 pub(in crate::experiment) use reference::{CONTRADICTS, state_at};
+pub use shared::shared;
 pub use timeline::Timeline;
 
 use coasts::{Coasts, Scheme, Starts};
@@ -45,7 +47,7 @@ use order::Span;
 use rayon::prelude::*;
 use reference::{Reference, reference};
 use rivals::{Memory, Pass, Passes};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Times for which fixes are given before the coasts, s.
 pub const FIXES_S: [f64; 4] = [5.0, 10.0, 20.0, 40.0];
@@ -72,7 +74,7 @@ impl Assumed {
 }
 
 /// Errors of one scheme in one session.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     /// Number of the session, from 1.
     pub session: usize,
