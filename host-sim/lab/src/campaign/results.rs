@@ -30,7 +30,11 @@ pub fn results(
         .collect();
     let ratios: Vec<&Ratio> = ratios.iter().filter(|r| r.t_min == T_MIN).collect();
     let runs = last.iter().map(|s| s.n).max().unwrap_or(0);
-    TEMPLATE
+    ["ekf6", "ekf-exp", "ekf-temp"]
+        .into_iter()
+        .fold(TEMPLATE.to_owned(), |text, other| {
+            text.replace(&format!("{{of {other}}}"), &over_all(&ratios, other))
+        })
         .replace("{command}", command)
         .replace("{runs}", &runs.to_string())
         .replace("{version}", &crate::version())
@@ -198,19 +202,28 @@ fn goals(last: &[&Summary]) -> String {
 
 type Measure = fn(&Summary) -> f64;
 
+/// The learner against another scheme over all groups of errors.
+fn of_all<'a>(ratios: &[&'a Ratio], other: &str) -> Option<&'a Ratio> {
+    let of = |r: &&&Ratio| r.error_model.is_none() && r.scheme == LEARNER && r.baseline == other;
+    ratios.iter().find(of).copied()
+}
+
+/// The same as words of a sentence.
+fn over_all(ratios: &[&Ratio], other: &str) -> String {
+    of_all(ratios, other).map_or_else(|| "(not run)".into(), |r| format!("{:.2}", r.ratio))
+}
+
 /// The learner against each of the others over all groups of errors.
 fn against_all(ratios: &[&Ratio]) -> String {
-    let over_all = |other: &str| {
-        let of =
-            |r: &&&Ratio| r.error_model.is_none() && r.scheme == LEARNER && r.baseline == other;
-        let r = ratios.iter().find(of)?;
+    let row = |other: &str| {
+        let r = of_all(ratios, other)?;
         Some(vec![
             other.to_owned(),
             interval(r),
             format!("{} of {}", r.better, r.n),
         ])
     };
-    let rows: Vec<Vec<String>> = names().into_iter().filter_map(over_all).collect();
+    let rows: Vec<Vec<String>> = names().into_iter().filter_map(row).collect();
     table(&header("against", ["ratio", "better"]), &rows)
 }
 
@@ -292,6 +305,10 @@ mod tests {
             ],
         );
         assert!(!text.contains(['{', '}']), "{text}");
+        assert!(
+            text.contains("leaves 9.50 of the error of six biases"),
+            "{text}"
+        );
         assert!(text.contains("| hot, all | 200 |"), "{text}");
         assert!(text.contains("the command") && text.contains("| uncorrected | 200 / 300 |"));
         let pairs = ratios_csv(&ratios(&rows, cold));
