@@ -12,11 +12,11 @@
 //! | offset | length | content |
 //! |---|---|---|
 //! | 0 | 4 | magic `LRNS` |
-//! | 4 | 4 | version of this format, 4 |
+//! | 4 | 4 | version of this format, 5 |
 //! | 8 | 4 | generation: the greater one (modulo 2^32) is the newer |
-//! | 12 | 2 | length a of the images, 608 |
+//! | 12 | 2 | length a of the images, 684 |
 //! | 14 | 2 | length b of the rest, 59 + c + d |
-//! | 16 | a | the gyro network's image, then the accelerometer network's |
+//! | 16 | a | the gyro network's image, the accelerometer network's, and the maps |
 //! | 16 + a | 2 | length c of the configuration record; 0: none |
 //! | 18 + a | 4 | the unit that all this is of: [`unit()`]; 0: not stated |
 //! | 22 + a | 20 | the device's [`Life`] |
@@ -25,7 +25,7 @@
 //! | 75 + a + c | d | the memory: [`Notes`], then what the learner took down; or nothing |
 //! | 16 + a + b | 4 | CRC-32 (zlib's) of bytes 0..16 + a + b |
 //!
-//! Version 3 has neither unit nor life nor key. In version 2 the rest is the configuration record
+//! Version 4 has no maps (a is 608). Version 3 has neither unit nor life nor key either. In version 2 the rest is the configuration record
 //! alone. Version 1 has no rest. Every later version keeps this frame of magic, version,
 //! generation, two lengths and CRC, so that an older firmware distinguishes a newer record from a
 //! damaged one. It reports [`Newer`] and overwrites nothing.

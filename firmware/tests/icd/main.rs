@@ -13,6 +13,7 @@ use firmware::wire::{
     novatel, stim300,
 };
 
+mod body;
 mod examples;
 
 const ICD: &str = include_str!("../../../docs/ICD.md");
@@ -399,6 +400,33 @@ fn answers_and_reasons() {
     }
 }
 
+/// Places and lengths of the black box's parts.
+#[test]
+fn parts_of_a_recording() {
+    use firmware::app::blackbox::read::{EVENT_LEN, EVENTS, HEAD_LEN, PAGE_LEN};
+    use firmware::app::blackbox::{KEY_LEN, PAGES, VERSION};
+    let events = EVENTS * EVENT_LEN;
+    let parts = [
+        (0, HEAD_LEN, "head: magic `LRBB`".to_owned()),
+        (
+            HEAD_LEN,
+            events,
+            format!("{EVENTS} events of {EVENT_LEN} bytes"),
+        ),
+        (
+            HEAD_LEN + events,
+            PAGES * PAGE_LEN,
+            format!("{PAGES} pages of {PAGE_LEN} bytes"),
+        ),
+    ];
+    for (at, length, content) in parts {
+        let row = format!("| {at} | {length} | {content}");
+        assert!(ICD.contains(&row), "{row}");
+    }
+    assert!(ICD.contains(&format!("layout version {VERSION} ")));
+    assert!(ICD.contains(&format!("key ({KEY_LEN} bytes)")));
+}
+
 /// `12 (t: `name`)`: a number of the text and the code's.
 #[test]
 fn numbers_in_the_text() {
@@ -414,7 +442,10 @@ fn numbers_in_the_text() {
     assert_eq!(stated("packet"), MAX_PACKET);
     assert_eq!(stated("wire"), usize::from(WIRE_VERSION));
     assert_eq!(stated("images"), IMAGES_LEN);
+    assert_eq!(stated("image"), lrnn_nostd::image::IMAGE_LEN);
     assert_eq!(stated("chunk"), MAX_CHUNK);
+    assert_eq!(stated("header"), firmware::update::header::HEADER_LEN);
+    assert_eq!(stated("recording"), firmware::app::blackbox::LEN);
     assert_eq!(stated("kinds"), firmware::compensator::OUTPUT_STREAMS);
     assert_eq!(
         stated("patience"),

@@ -18,7 +18,7 @@
 //! |---|---|---|
 //! | 0 | 32 | head |
 //! | 32 | 480 | 30 events of 16: see [`Event`] |
-//! | 512 | 2560 | 4 pages of 640: see [`read::Page`] |
+//! | 512 | 2816 | 4 pages of 704: see [`read::Page`] |
 //!
 //! The head has magic `LRBB`, version u16, state u8, cause u8, faults at the cause u32, its time
 //! u64 in microseconds, events so far u32, pages so far u32, and CRC-32 (zlib's) of these 28 bytes.

@@ -2,9 +2,9 @@
 //!
 //! What is stored already is not stored again. Else a request takes one of [`RECORDS`] records,
 //! and one more may follow every ten minutes. A record goes behind the one before it, and a sector
-//! is erased when it is full. On an STM32F405 a sector of 128 KiB has room for 34 of the longest
+//! is erased when it is full. On an STM32F405 a sector of 128 KiB has room for 32 of the longest
 //! records and may be erased 10 000 times (DS8626 table 48), so that the two of the store last for
-//! 680 000 records: 12 years of a flood that never ends, or 6 with a learner that stores as often
+//! 640 000 records: 12 years of a flood that never ends, or 6 with a learner that stores as often
 //! as it may besides.
 
 use super::Server;
