@@ -33,7 +33,7 @@ const SLOTS: u8 = 2;
 const FIRST_KEY_US: u64 = 60_000_000;
 
 /// Serves the command link. Every request may come twice, because its answer was lost. The second
-/// one has no further effect, but for the exceptions that `docs/ICD.md` lists under "A lost answer".
+/// one has no further effect, but for the exceptions in `docs/ICD.md`, section 7, "A lost answer".
 #[derive(Debug)]
 pub(super) struct Server {
     /// The image or record being received, from its beginning without gaps.

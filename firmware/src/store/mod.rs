@@ -25,10 +25,10 @@
 //! | 75 + a + c | d | the memory: [`Notes`], then what the learner took down; or nothing |
 //! | 16 + a + b | 4 | CRC-32 (zlib's) of bytes 0..16 + a + b |
 //!
-//! Version 4 has no maps (a is 608). Version 3 has neither unit nor life nor key either. In version 2 the rest is the configuration record
-//! alone. Version 1 has no rest. Every later version keeps this frame of magic, version,
-//! generation, two lengths and CRC, so that an older firmware distinguishes a newer record from a
-//! damaged one. It reports [`Newer`] and overwrites nothing.
+//! Up to version 4 there are no maps, and a is 608. Version 3 has neither unit nor life nor key. In
+//! version 2 the rest is the configuration record alone. Version 1 has no rest. Every later version
+//! keeps this frame of magic, version, generation, two lengths and CRC, so that an older firmware
+//! distinguishes a newer record from a damaged one. It reports [`Newer`] and overwrites nothing.
 //!
 //! Weights, configuration and memory are in one record, so weights are always found with the
 //! configuration, and so the sensor, that they were in use with.

@@ -163,6 +163,8 @@ fn the_example_of_an_update() {
     assert_eq!(Header::parse(signed), Some(header));
     assert_eq!(header.signed(), bytes[..bytes.len() - signature.len()]);
     assert!(is_signed(signed, &update::DEVELOPMENT_KEY));
+    let seed = core::str::from_utf8(&update::DEVELOPMENT_SEED).expect("a text");
+    assert!(ICD.contains(&format!("`{seed}`")));
     let mut other = *signed;
     other[63] ^= 1;
     assert!(!is_signed(&other, &update::DEVELOPMENT_KEY));
