@@ -105,7 +105,18 @@ impl Unknown {
 /// # Errors
 /// Why it cannot be known.
 pub fn estimate(record: &Record) -> Result<Estimate, Unknown> {
-    let motion = Motion::of(record).ok_or(Unknown::Stationary)?;
+    let rough = search(record)?;
+    // where the fixes belong is known by now, and so is the speed at each sample
+    let motion = Motion::of(record, Some(rough.offset_s)).ok_or(Unknown::Stationary)?;
+    let refined = within(&motion, rough.offset_s, LEAST_S);
+    Ok(refined.map_or(rough, |refined| Estimate {
+        offset_s: rough.offset_s + refined.offset_s,
+        ..refined
+    }))
+}
+
+fn search(record: &Record) -> Result<Estimate, Unknown> {
+    let motion = Motion::of(record, None).ok_or(Unknown::Stationary)?;
     match within(&motion, 0.0, MOST_S) {
         // most recordings have a small one, which more of the recording can show
         Ok(found) if found.offset_s.abs() < LEAST_S - 1.0 => {

@@ -7,7 +7,7 @@ use std::sync::Arc;
 /// Number of constants of a channel.
 const CONSTANTS: usize = 4;
 /// Assumed standard deviations of the antenna's distance ahead of the point that does not slip, m,
-/// and of the tyres' slip, rad per m/s2 across.
+/// about its distance ahead of the sensor, and of the tyres' slip, rad per m/s2 across.
 const SLIP: [f64; 2] = [1.5, 0.01];
 /// Scale factors of sensors whose units are right.
 const SCALES: RangeInclusive<f64> = 0.3..=3.0;
@@ -95,6 +95,8 @@ pub(super) struct Channel {
     pub(super) turns: bool,
     /// Weights of the assumptions on slip; none before [`Channel::assume`].
     pub(super) ridge: [f64; 2],
+    /// The antenna's distance ahead of the sensor, m.
+    pub(super) ahead_m: f64,
 }
 
 /// Fit of a channel at an offset.
@@ -171,7 +173,7 @@ impl Channel {
             .ridge
             .map(|weight| if weight > 0.0 { weight } else { 1.0 });
         let mut normal = Matrix4::from_diagonal(&Vector4::new(0.0, 0.0, ahead, slip));
-        let mut right = Vector4::zeros();
+        let mut right = Vector4::new(0.0, 0.0, self.ridge[0] * self.ahead_m, 0.0);
         let all = self.differences.iter();
         let rows: Vec<(Vector4<f64>, f64)> = all
             .map(|of| (self.row(of, offset), of.observed / of.sigma))
@@ -187,7 +189,8 @@ impl Channel {
             .iter()
             .map(|(row, observed)| observed - row.dot(&solved))
             .collect();
-        let assumed = [0, 1].map(|k| self.ridge[k].sqrt() * solved[2 + k]);
+        let off = [solved[2] - self.ahead_m, solved[3]];
+        let assumed = [0, 1].map(|k| self.ridge[k].sqrt() * off[k]);
         let square = residuals.iter().chain(&assumed).map(|r| r * r).sum();
         Fit {
             square,

@@ -30,24 +30,33 @@ pub(super) struct Motion {
     differences: [Vec<Difference>; 2],
     /// What the samples say of both.
     integrals: [Integral; 2],
+    /// The antenna's distance ahead of the sensor, m.
+    ahead_m: f64,
     /// Where samples are missing, s.
     gaps: Vec<[f64; 2]>,
 }
 
 impl Motion {
-    /// `None` without samples, or when the fixes show too little.
-    pub(super) fn of(record: &Record) -> Option<Self> {
-        let differences = differences(record);
+    /// `None` without samples, or when the fixes show too little. `offset`: what is to be added to
+    /// the times of the fixes, s, as far as it is known.
+    pub(super) fn of(record: &Record, offset: Option<f64>) -> Option<Self> {
+        let (speeds, apart) = velocities(record);
+        let differences = differences(&speeds, apart);
         if differences.iter().all(|all| all.len() < LEAST) {
             return None;
         }
-        let integrals = integrals(record)?;
+        let speeds = offset.map_or_else(Vec::new, |offset| {
+            let later = speeds.iter().map(|fix| [fix.time + offset, fix.speed()]);
+            later.collect()
+        });
+        let integrals = integrals(record, &speeds)?;
         let gaps = integrals[0].time.windows(2);
         let gaps = gaps.filter(|w| w[1] - w[0] > GAP_S).map(|w| [w[0], w[1]]);
         Some(Self {
             gaps: gaps.collect(),
             differences,
             integrals,
+            ahead_m: record.lever_arm_m[0],
         })
     }
 
@@ -80,6 +89,7 @@ impl Motion {
                 integral: integral.clone(),
                 turns,
                 ridge: [0.0; 2],
+                ahead_m: self.ahead_m,
             }
             .thinned(count)
         });
@@ -90,17 +100,19 @@ impl Motion {
 }
 
 /// Rotation about down, rad, and velocity gained ahead, m/s. Down is where the mean specific force
-/// of some seconds points from; ahead is the vehicle's x axis, and its pitch that by the gyros.
+/// of some seconds points from, less what holds the vehicle in its curve at these speeds (times, s,
+/// and m/s): in a brisk corner that is half of gravity, and would pass for a roll that turns the yaw
+/// into a pitch. Ahead is the vehicle's x axis, and its pitch that by the gyros.
 ///
 /// The search accesses them at random hundreds of times, so they are in memory: 24 bytes a sample.
-fn integrals(record: &Record) -> Option<[Integral; 2]> {
+fn integrals(record: &Record, speeds: &[[f64; 2]]) -> Option<[Integral; 2]> {
     let count = record.increments().count();
     if count < 2 {
         return None;
     }
     let half = (0.5 * DOWN_S * record.rate_hz as f64) as usize;
-    let mut after = Velocities::of(record.increments());
-    let mut before = Velocities::of(record.increments());
+    let mut after = Velocities::of(straight(record, speeds));
+    let mut before = Velocities::of(straight(record, speeds));
     let mut all = record.increments().peekable();
     let mut times = Vec::with_capacity(count);
     let mut sums = [Vec::with_capacity(count), Vec::with_capacity(count)];
@@ -124,6 +136,25 @@ fn integrals(record: &Record) -> Option<[Integral; 2]> {
         time: Arc::clone(&time),
         sum: Arc::new(sum),
     }))
+}
+
+/// The increments less what the curve adds to the accelerometers' at these speeds; between them the
+/// speed changes evenly.
+fn straight(record: &Record, speeds: &[[f64; 2]]) -> impl Iterator<Item = (f64, Increment)> {
+    let mut next = 0;
+    record.increments().map(move |(t, increment)| {
+        while speeds.get(next).is_some_and(|[time, _]| *time < t) {
+            next += 1;
+        }
+        let before = next.checked_sub(1).and_then(|k| speeds.get(k));
+        let speed = match (before, speeds.get(next)) {
+            (Some([then, a]), Some([later, b])) => a + (b - a) * (t - then) / (later - then),
+            (one, other) => one.or(other).map_or(0.0, |[_, speed]| *speed),
+        };
+        let Increment { dtheta, dv } = increment;
+        let dv = dv - dtheta.cross(&(Vector3::x() * speed));
+        (t, Increment { dtheta, dv })
+    })
 }
 
 /// Sum of the accelerometers' increments over a growing number of samples.
@@ -156,8 +187,7 @@ impl<I: Iterator<Item = (f64, Increment)>> Velocities<I> {
 }
 
 /// The differences of course and of speed between fixes.
-fn differences(record: &Record) -> [Vec<Difference>; 2] {
-    let (speeds, apart) = velocities(record);
+fn differences(speeds: &[Velocity], apart: f64) -> [Vec<Difference>; 2] {
     let next = |k: usize| {
         let from = speeds.get(k)?.time;
         let far = |v: &Velocity| v.time - from >= apart;

@@ -1,5 +1,7 @@
 use super::*;
-use host_io::recordings::record::NOT_MEASURED;
+use host_core::inertial::sins::Increment;
+use host_io::recordings::record::{NOT_MEASURED, TimedFix};
+use nalgebra::Vector3;
 use test_bench::recordings::{recorded, simulated};
 
 /// A drive whose fixes have times that are `off` seconds too early.
@@ -122,6 +124,78 @@ fn recordings_of_one_box_have_no_offset() {
             let got = found(&record);
             println!("{drive}: {got:?}");
             assert!((got.offset_s - off).abs() < 0.05, "{drive}: {got:?}");
+        }
+    }
+}
+
+/// A plane drive that brakes into corners of up to 0.6 g: its motion is computed here alone.
+fn brisk(period_s: f64, arm_m: f64) -> Record {
+    let (dt, count) = (0.01, 40_000_u32);
+    let corner = |t: f64| {
+        let into = t.rem_euclid(20.0) - 10.0;
+        let sign = if (t / 20.0) as i64 % 3 == 0 {
+            -1.0
+        } else {
+            1.0
+        };
+        (sign, (-(into / 1.5).powi(2)).exp())
+    };
+    let rate = |t: f64| corner(t).0 * 0.42 * corner(t).1;
+    let speed = |t: f64| 19.0 + 3.0 * (t / 7.0).sin() - 5.0 * corner(t + 1.0).1;
+    let mut record = Record {
+        rate_hz: 100,
+        lever_arm_m: [arm_m, 0.0, 0.0],
+        ..Record::default()
+    };
+    let (mut heading, mut due) = (0.3, 0.0);
+    let (mut times, mut samples) = (Vec::new(), Vec::new());
+    for k in 0..count {
+        let from = f64::from(k) * dt;
+        let (t, middle) = (from + dt, from + 0.5 * dt);
+        let (w, v) = (rate(middle), speed(middle));
+        heading += w * dt;
+        times.push(t);
+        samples.push(Increment {
+            dtheta: Vector3::new(0.0, 0.0, w * dt),
+            dv: Vector3::new(speed(t) - speed(from), v * w * dt, -9.8 * dt),
+        });
+        if t >= due {
+            due += period_s;
+            let (sin, cos) = f64::sin_cos(heading);
+            let (ahead, across) = (speed(t), rate(t) * arm_m);
+            let noise = |k: f64| 0.02 * (1e3 * k * t).sin();
+            record.fixes.push(TimedFix {
+                time: t,
+                velocity: [
+                    ahead * cos - across * sin + noise(1.0),
+                    ahead * sin + across * cos + noise(1.7),
+                    0.0,
+                ],
+                sigmas: [1.0, 1.0, 1.0, 0.05, 0.05, 0.05],
+                ..TimedFix::EMPTY
+            });
+        }
+    }
+    record.time.edit(|all| *all = times);
+    record.samples.edit(|all| *all = samples);
+    record
+}
+
+/// Corners tilt the specific force, and an antenna ahead of the sensor leads in them. Neither is a
+/// wrong time.
+#[test]
+fn brisk_corners_are_no_offset() {
+    for (period_s, arm_m) in [(1.0, 0.0), (0.2, 0.0), (0.7, 0.0), (1.0, 2.0), (0.2, 3.0)] {
+        for off in [0.0, 0.3] {
+            let mut record = brisk(period_s, arm_m);
+            record.move_fixes(-off);
+            let got = found(&record);
+            let error = got.offset_s - off;
+            println!("{period_s} s, {arm_m} m, {off}: {got:?}, error {error:.4}");
+            assert!(
+                error.abs() < 4.0 * got.sigma_s.hypot(0.02) && error.abs() < 0.1,
+                "{period_s} s, {arm_m} m, {off}: {got:?}"
+            );
         }
     }
 }
