@@ -57,6 +57,38 @@ fn pass<U: Rule<f64>>(learner: &mut Learner<U, Tanh, Identity, Full, f64>) -> Pa
     learner.end_pass()
 }
 
+/// An axis that is switched off: the others learn, by each rule, whatever its reference is.
+#[test]
+fn an_axis_that_is_switched_off_does_not_disturb_the_others() {
+    let start = exact_net();
+    let mut off = start;
+    off.normalisation.output_scale[1] = 0.0;
+    fn costs<U: Rule<f64> + Clone>(net: &Exact, rule: &U, of_axis: f64) -> [f64; 2] {
+        let mut learner = Learner::new(net, rule.clone());
+        let mut costs = [0.0; 40].map(|_: f64| {
+            learner.begin_pass();
+            for k in 0..200 {
+                let _ = learner.step(rate(k), 1.0);
+                let [x, _, z] = sensor_error(k);
+                learner.reference([x, of_axis, z], 1.0);
+            }
+            learner.end_pass().cost
+        });
+        assert!(learner.proposal().is_finite());
+        costs.reverse();
+        [costs[39], costs[0]]
+    }
+    let gauss_newton = GaussNewton::new(&start.weights, 1e-3);
+    let [first, last] = costs(&off, &gauss_newton, 1e-5);
+    assert!(last < 0.01 * first, "{first} {last}");
+    assert_eq!(costs(&off, &gauss_newton, 7.0), [first, last]);
+    assert_eq!(costs(&off, &gauss_newton, 0.0), [first, last]);
+    let guarded = Guarded::new(StepSizes::uniform(1e-4));
+    let [first, last] = costs(&off, &guarded, 1e-5);
+    assert!(last < first, "{first} {last}");
+    assert_eq!(costs(&off, &guarded, 0.0), [first, last]);
+}
+
 /// Equations (7)-(13) by hand. With r = (g, 0, 0) and Psi's first row all 1, every parameter's
 /// gradient is g.
 #[test]

@@ -156,10 +156,11 @@ impl<U: Rule<T>, H: Activation, O: Activation, F: Feedback, T: Real> Learner<U, 
     /// Closes the window of the steps since the last reference. `sum` is the true error summed over
     /// it (physical units times s, so rad or m/s). `weight` is the inverse variance of its noise,
     /// in network units times s, or 1. A window of one step with dt = 1 s is the paper's per-sample
-    /// target.
+    /// target. Nothing is learnt of an axis whose `output_scale` is 0.
     #[inline]
     pub fn reference(&mut self, sum: [T; NEURONS], weight: T) {
         let r = self.window.residual(&sum, &self.net.normalisation);
+        self.window.leave_out(&self.net.normalisation);
         self.rule.residual(self.window.psi(), &r, weight);
         self.window.reset();
         self.windows = self.windows.saturating_add(1);

@@ -60,7 +60,8 @@ impl<const N: usize, const PACKED: usize, T: Real> UdCovariance<N, PACKED, T> {
 
     /// Update with one scalar reference, where `residual` = reference - h . delta so far. Changes
     /// `delta` and returns true. A reference more than `gate` standard deviations from its expected
-    /// value, or one that is not finite, changes nothing and returns false.
+    /// value, or one that is not finite, changes nothing and returns false. So does one whose
+    /// finite step overflows `delta`, except that P has become narrower.
     pub fn update(
         &mut self,
         delta: &mut [T; N],
@@ -77,11 +78,11 @@ impl<const N: usize, const PACKED: usize, T: Real> UdCovariance<N, PACKED, T> {
             expected += f * *g;
         }
         let near = residual * residual <= gate * gate * expected;
-        if !(near && variance > T::ZERO && expected.is_finite()) {
+        let step = residual / expected; // where both are finite, so is the residual
+        if !(near && variance > T::ZERO && expected.is_finite() && step.is_finite()) {
             return false;
         }
-        let alpha = self.downdate(&f, &mut gain, variance);
-        let step = residual / alpha;
+        self.downdate(&f, &mut gain, variance);
         let mut next = *delta;
         for (x, &g) in next.iter_mut().zip(&gain) {
             *x += g * step;
@@ -109,9 +110,9 @@ impl<const N: usize, const PACKED: usize, T: Real> UdCovariance<N, PACKED, T> {
         f
     }
 
-    /// P - P h h^T P / alpha in the factors, from f and D f. Leaves P h in `gain` and returns alpha
-    /// = h^T P h + variance.
-    fn downdate(&mut self, f: &[T; N], gain: &mut [T; N], variance: T) -> T {
+    /// P - P h h^T P / alpha in the factors, from f and D f, with alpha = h^T P h + variance. Leaves
+    /// P h in `gain`.
+    fn downdate(&mut self, f: &[T; N], gain: &mut [T; N], variance: T) {
         let mut alpha = variance;
         let mut rest = self.u.as_mut_slice();
         for (j, (&f, d)) in f.iter().zip(&mut self.d).enumerate() {
@@ -132,7 +133,6 @@ impl<const N: usize, const PACKED: usize, T: Real> UdCovariance<N, PACKED, T> {
             }
             rest = below;
         }
-        alpha
     }
 }
 
@@ -219,6 +219,15 @@ mod tests {
             assert!(!covariance.update(&mut delta, &h, residual, variance, 5.0));
         }
         assert!(!covariance.update(&mut delta, &[f32::INFINITY, 0.0], 0.0, 1.0, 5.0));
+        // nor where the gate lets everything pass, or the step overflows
+        for (h, residual, variance) in [
+            (1.0, f32::INFINITY, 1.0),
+            (1.0, f32::NEG_INFINITY, 1.0),
+            (1e-19, 1e34, 1e-38),
+        ] {
+            let gate = f32::INFINITY;
+            assert!(!covariance.update(&mut delta, &[h; 2], residual, variance, gate));
+        }
         assert_eq!((&covariance, delta), (&before, [0.0; 2]));
         assert!(covariance.update(&mut delta, &h, 1.0, 1.0, 5.0));
         assert!((delta[0] - 1.0 / 3.0).abs() < 1e-6);

@@ -64,14 +64,27 @@ impl<T: Real> Window<T> {
     }
 
     /// r = A - A_ref, where A_ref = `reference` / output_scale. `reference` is in physical units
-    /// times s, r in network units times s.
+    /// times s, r in network units times s. Where the scale is 0 the axis is switched off: r is 0,
+    /// and its row of [`Window::psi`] says nothing.
     #[inline]
     pub fn residual(
         &self,
         reference: &[T; NEURONS],
         normalisation: &Normalisation<T>,
     ) -> [T; NEURONS] {
-        core::array::from_fn(|j| self.sum[j] - reference[j] / normalisation.output_scale[j])
+        core::array::from_fn(|j| match normalisation.output_scale[j] {
+            scale if scale == T::ZERO => T::ZERO,
+            scale => self.sum[j] - reference[j] / scale,
+        })
+    }
+
+    /// Clears the rows of Psi of the axes that are switched off.
+    pub(crate) fn leave_out(&mut self, normalisation: &Normalisation<T>) {
+        for (row, &scale) in self.psi.iter_mut().zip(&normalisation.output_scale) {
+            if scale == T::ZERO {
+                *row = [T::ZERO; PARAMS];
+            }
+        }
     }
 
     /// A = sum y_3 dt, in network units times s.
