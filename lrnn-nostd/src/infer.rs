@@ -58,12 +58,14 @@ pub struct Step<T = f32> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
-    /// An input is infinite or NaN. The step is not made; the last output is repeated.
+    /// An input, or the target or rate of [`Net::step_descend`], is infinite or NaN. The step is
+    /// not made; the last output is repeated.
     NonFiniteInput,
     /// Some x_l or the error is infinite or NaN, because weights or scales are huge or not finite.
-    /// The step is not made; the last output is repeated.
+    /// The step is not made; the last output is repeated. From [`Net::step_descend`] also with a
+    /// good step, when the weights would overflow: they stay as they are.
     Overflow,
-    /// Only from [`Net::step_gradient`]: the step is good but its sensitivities overflowed, because
+    /// Only with a gradient: the step is good but its sensitivities overflowed, because
     /// the feedback is too strong. They are reset; from here on they are derivatives with respect
     /// to a change of the weights after this step.
     SensitivityOverflow,
@@ -72,7 +74,9 @@ pub enum Fault {
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::NonFiniteInput => "an input is infinite or NaN; the last output is repeated",
+            Self::NonFiniteInput => {
+                "an input is infinite or NaN, or the target; the last output is repeated"
+            }
             Self::Overflow => {
                 "the step overflowed, since weights or scales are huge or not finite; the last \
                  output is repeated"
@@ -217,7 +221,7 @@ impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
 
 /// x_l(k) = W_l y_{l-1}(k) + R_l y_l(k-1) + b_l (eq. 1).
 #[inline(always)]
-fn activity<F: Feedback, T: Real>(
+pub(crate) fn activity<F: Feedback, T: Real>(
     layer: &Layer<T>,
     below: &[T; NEURONS],
     last: &[T; NEURONS],
