@@ -28,7 +28,7 @@ mod tests;
 
 use crate::activation::Activation;
 use crate::infer::{Fault, Forward, Net, Step};
-use crate::real::Real;
+use crate::real::{Real, three_finite};
 use crate::shape::{Feedback, LAYERS, NEURONS, PARAMS, PARAMS_PER_LAYER};
 use crate::state::State;
 use crate::weights::{Layer, Weights};
@@ -106,8 +106,11 @@ impl<T: Real> Sensitivities<T> {
     /// dy_3,j/dtheta (eq. 4 and 7). This is for learning sample by sample, which
     /// [`Net::step_descend`] does in one call. Learning from late sums or from whole passes is in
     /// [`crate::learn`].
+    ///
+    /// If a weight would not be finite, it changes none and returns false.
     #[inline]
-    pub fn descend(&self, weights: &mut Weights<T>, residual: &[T; NEURONS], rate: T) {
+    pub fn descend(&self, weights: &mut Weights<T>, residual: &[T; NEURONS], rate: T) -> bool {
+        let old = *weights;
         let g = residual.map(|r| r * rate);
         // Slices of known length need no bounds checks and no iterator over layers.
         let mut first = 0;
@@ -126,6 +129,11 @@ impl<T: Real> Sensitivities<T> {
                 first += part.len();
             }
         }
+        let finite = weights.is_finite();
+        if !finite {
+            *weights = old;
+        }
+        finite
     }
 
     /// Advances s(k-1) to s(k); `last` is y(k-1). Returns false when a value overflowed.
@@ -208,7 +216,7 @@ impl<T: Real> Sensitivities<T> {
     }
 
     /// [`Sensitivities::by_column`] and theta -= sum_j g_j s_3,j with the new s_3. After an
-    /// overflow the weights are restored and the result is false.
+    /// overflow of sensitivities or weights the weights are restored.
     #[inline(never)]
     fn descend_by_column<H: Activation, O: Activation, F: Feedback>(
         &mut self,
@@ -216,7 +224,7 @@ impl<T: Real> Sensitivities<T> {
         forward: &Forward<T>,
         last: &[[T; NEURONS]; LAYERS],
         g: [T; NEURONS],
-    ) -> bool {
+    ) -> Option<Fault> {
         let [layer1, layer2, layer3] = &weights.layers;
         // Copied in pieces small enough that the compiler needs no call.
         let old_w = (layer1.w, layer2.w, layer3.w);
@@ -236,14 +244,19 @@ impl<T: Real> Sensitivities<T> {
             lower_block::<F, T, PARAMS, PARAMS_2>(NEURONS * block, s, below, &m, each);
         }
         by_column::own_parameters::<F, T, PARAMS>(s, &m, &mut DescendLayer { layer, g, check });
-        if sum.passed() || self.is_finite() {
-            return true;
+        if sum.passed() {
+            return None;
         }
+        let fault = match self.is_finite() {
+            false => Fault::SensitivityOverflow,
+            true if weights.is_finite() => return None,
+            true => Fault::Overflow,
+        };
         let [layer1, layer2, layer3] = &mut weights.layers;
         (layer1.w, layer2.w, layer3.w) = old_w;
         (layer1.r, layer2.r, layer3.r) = old_r;
         (layer1.b, layer2.b, layer3.b) = old_b;
-        false
+        Some(fault)
     }
 }
 
@@ -307,11 +320,15 @@ impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
             Err(fault) => return self.hold(state, fault),
         };
         let finite = sens.advance::<H, O, F>(&self.weights, &forward, &state.y);
-        self.accept_gradient(state, sens, &forward, finite)
+        let fault = (!finite).then_some(Fault::SensitivityOverflow);
+        self.accept_gradient(state, sens, &forward, fault)
     }
 
     /// [`Net::step_gradient`] and [`Sensitivities::descend`] with the residual y_3 - `target` in
-    /// one call, with the same bits. After a fault of any kind the weights are unchanged.
+    /// one call, with the same bits. After a fault of any kind the weights are unchanged: a target
+    /// or rate that is not finite is a [`Fault::NonFiniteInput`], and weights that would not be
+    /// finite are a [`Fault::Overflow`] of a step that is made. A target that is finite and wrong
+    /// is believed.
     ///
     /// `target` is in network units: an error in physical units divided by `output_scale`.
     ///
@@ -339,11 +356,16 @@ impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
         target: &[T; NEURONS],
         rate: T,
     ) -> Step<T> {
+        if !are_finite(target, rate) {
+            return self.hold(state, Fault::NonFiniteInput);
+        }
         let residual = |[a, b, c]: [T; NEURONS]| [a - target[0], b - target[1], c - target[2]];
         if !BY_COLUMN {
-            let step = self.step_gradient(state, sens, input);
-            if step.fault.is_none() {
-                sens.descend(&mut self.weights, &residual(step.output), rate);
+            let mut step = self.step_gradient(state, sens, input);
+            if step.fault.is_none()
+                && !sens.descend(&mut self.weights, &residual(step.output), rate)
+            {
+                step.fault = Some(Fault::Overflow);
             }
             return step;
         }
@@ -354,24 +376,30 @@ impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
         let [_, _, y3] = forward.y;
         let [a, b, c] = residual(y3);
         let g = [a * rate, b * rate, c * rate];
-        let finite = sens.descend_by_column::<H, O, F>(&mut self.weights, &forward, &state.y, g);
-        self.accept_gradient(state, sens, &forward, finite)
+        let fault = sens.descend_by_column::<H, O, F>(&mut self.weights, &forward, &state.y, g);
+        self.accept_gradient(state, sens, &forward, fault)
     }
 
-    /// [`Net::accept`]; sensitivities that overflowed are reset and reported.
+    /// [`Net::accept`] with this fault; sensitivities that overflowed are reset.
     #[inline(always)]
     fn accept_gradient(
         &self,
         state: &mut State<T>,
         sens: &mut Sensitivities<T>,
         forward: &Forward<T>,
-        finite: bool,
+        fault: Option<Fault>,
     ) -> Step<T> {
         let mut step = self.accept(state, forward);
-        if !finite {
+        if fault == Some(Fault::SensitivityOverflow) {
             sens.reset();
-            step.fault = Some(Fault::SensitivityOverflow);
         }
+        step.fault = fault;
         step
     }
+}
+
+/// Whether a descent can be made with them.
+#[inline(always)]
+pub(crate) fn are_finite<T: Real>(target: &[T; NEURONS], rate: T) -> bool {
+    three_finite(*target) && rate.is_finite()
 }

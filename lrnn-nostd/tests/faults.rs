@@ -109,6 +109,37 @@ proptest! {
     }
 }
 
+/// A bad target teaches nothing, and the next good one is learnt from as if it had not been there.
+#[test]
+fn a_bad_target_leaves_the_network_as_it_was() {
+    let mut net: Net = Net::new(weights(0.5), Normalisation::identity());
+    let (mut state, mut sens) = (State::new(), Sensitivities::new());
+    let input = [0.1, -0.2, 0.3];
+    let good = net.step_descend(&mut state, &mut sens, input, &[0.1; 3], 0.01);
+    assert_eq!(good.fault, None);
+    let before = (net, state, sens);
+    for axis in 0..3 {
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            let mut target = [0.1; 3];
+            target[axis] = bad;
+            let step = net.step_descend(&mut state, &mut sens, input, &target, 0.01);
+            assert_eq!(step.fault, Some(Fault::NonFiniteInput));
+            assert_eq!(step.output, good.output);
+            assert_eq!((net, state, sens), before, "{axis} {bad}");
+        }
+    }
+    let step = net.step_descend(&mut state, &mut sens, input, &[0.1; 3], f32::NAN);
+    assert_eq!(step.fault, Some(Fault::NonFiniteInput));
+    assert_eq!((net, state, sens), before);
+    // what is finite and overflows: the step is made, the weights stay
+    let step = net.step_descend(&mut state, &mut sens, input, &[1e38; 3], 1e3);
+    assert_eq!((step.fault, net), (Some(Fault::Overflow), before.0));
+    assert_eq!(step.output, state.output());
+    let step = net.step_descend(&mut state, &mut sens, input, &[0.1; 3], 0.01);
+    assert_eq!(step.fault, None);
+    assert!(net.weights.is_finite() && net != before.0);
+}
+
 #[test]
 fn a_bad_input_holds_the_last_output() {
     let normalisation = Normalisation {

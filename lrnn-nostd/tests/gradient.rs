@@ -200,7 +200,7 @@ fn descent_is_against_the_gradient() {
     let step = fused.step_descend(&mut state, &mut sens, last, &target, rate);
     let residual: [f64; 3] = core::array::from_fn(|j| step.output[j] - target[j]);
     let mut apart = weights;
-    sens.descend(&mut apart, &residual, rate);
+    assert!(sens.descend(&mut apart, &residual, rate));
     for index in 0..PARAMS {
         let slope = difference::<Tanh, Identity, Full>(weights, index);
         let gradient: f64 = residual.iter().zip(slope).map(|(r, s)| r * s).sum();

@@ -43,10 +43,17 @@ fn check<F: Feedback>(values: &[f32], inputs: &[[f32; 3]], rate: f32) {
             &last,
             g,
         );
-        assert_eq!(went, finite);
+        let mut apart = plain.weights;
+        let descends = finite && rows.descend(&mut apart, &forward.y[2], rate);
+        let fault = match (finite, descends) {
+            (false, _) => Some(Fault::SensitivityOverflow),
+            (true, false) => Some(Fault::Overflow),
+            (true, true) => None,
+        };
+        assert_eq!(went, fault);
         if finite {
             assert_eq!(bits(&plain, &rows), bits(&plain, &columns));
-            rows.descend(&mut plain.weights, &forward.y[2], rate);
+            plain.weights = apart;
             assert_eq!(bits(&plain, &rows), bits(&moved, &fused));
         } else {
             assert_eq!(
@@ -86,6 +93,38 @@ fn every_sensitivity_that_overflows_is_noticed() {
     overflows::<Diagonal>();
 }
 
+/// A change of the weights that is not finite is noticed by either order of work, and the weights
+/// stay what they were.
+#[test]
+fn weights_that_overflow_are_restored() {
+    let mut weights = Weights::zero();
+    weights.layers[2].b = [3e38, 0.1, 0.1];
+    let net: Net = Net::new(weights, Normalisation::identity());
+    let last = State::new().y;
+    let forward = net.forward(&State::new(), [0.1; 3]).expect("finite");
+    for g in [
+        [-3e38, 0.0, 0.0],
+        [0.0, f32::NAN, 0.0],
+        [0.0, 0.0, f32::INFINITY],
+    ] {
+        let (mut fused, mut rows) = (Sensitivities::new(), Sensitivities::new());
+        let mut moved = weights;
+        let fault =
+            fused.descend_by_column::<Rational, Identity, Full>(&mut moved, &forward, &last, g);
+        assert_eq!((fault, moved), (Some(Fault::Overflow), weights), "{g:?}");
+        rows.by_row::<Rational, Identity, Full>(&weights, &forward, &last);
+        assert!(!rows.descend(&mut moved, &g, 1.0));
+        assert_eq!(moved, weights, "{g:?}");
+    }
+    // large and finite weights pass, although the sum that watches them overflows
+    weights.layers[0].b = [3e38; 3];
+    let mut fused = Sensitivities::new();
+    let small = [1e-6; NEURONS];
+    let fault =
+        fused.descend_by_column::<Rational, Identity, Full>(&mut weights, &forward, &last, small);
+    assert_eq!(fault, None);
+}
+
 fn overflows<F: Feedback>() {
     let mut weights = Weights::zero();
     weights.layers[2].r = [[2.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 2.0]];
@@ -107,9 +146,9 @@ fn overflows<F: Feedback>() {
 
             let mut moved = net.weights;
             let g = [0.1; NEURONS];
-            assert!(
-                !sens.descend_by_column::<Rational, Identity, F>(&mut moved, &forward, &last, g)
-            );
+            let fault =
+                sens.descend_by_column::<Rational, Identity, F>(&mut moved, &forward, &last, g);
+            assert_eq!(fault, Some(Fault::SensitivityOverflow));
             assert_eq!(moved, net.weights, "parameter {parameter}, axis {axis}");
         }
     }

@@ -9,9 +9,10 @@ use core::mem::{MaybeUninit, offset_of};
 
 use super::Net;
 use crate::activation::{MIDDLE, TABLE};
-use crate::gradient::Sensitivities;
+use crate::gradient::{Sensitivities, are_finite};
 use crate::infer::{Fault, Forward, Step};
 use crate::normalisation::Normalisation;
+use crate::real::three_finite;
 use crate::shape::NEURONS;
 use crate::state::State;
 use crate::weights::{Layer, Weights};
@@ -94,7 +95,7 @@ macro_rules! form {
                     forward: *const Forward<f32>,
                     last: *const State,
                 ) -> u32;
-                fn $descend(weights: *mut Weights, s3: *const f32, g0: f32, g1: f32, g2: f32);
+                fn $descend(weights: *mut Weights, s3: *const f32, g0: f32, g1: f32, g2: f32) -> u32;
             }
 
             /// `None` when an error or their sum is not finite; the portable step then finds the
@@ -158,14 +159,20 @@ macro_rules! form {
                 target: &[f32; NEURONS],
                 rate: f32,
             ) -> Step {
-                let step = step_gradient(net, state, sens, input);
+                if !are_finite(target, rate) {
+                    return net.hold(state, Fault::NonFiniteInput);
+                }
+                let mut step = step_gradient(net, state, sens, input);
                 if step.fault.is_none() {
                     let [a, b, c] = step.output;
                     let g = [a - target[0], b - target[1], c - target[2]].map(|r| r * rate);
                     // SAFETY: 63 weights in order, and the 63 columns of s_3, as asserted above.
-                    unsafe {
+                    let mut descend = || unsafe {
                         let s3 = (&raw const *sens).cast::<f32>().add(Sensitivities::<f32>::OUTPUT / 4);
-                        $descend(&mut net.weights, s3, g[0], g[1], g[2]);
+                        $descend(&mut net.weights, s3, g[0], g[1], g[2])
+                    };
+                    if !three_finite(g) || descend() != 0 {
+                        step.fault = Some(Fault::Overflow);
                     }
                 }
                 step

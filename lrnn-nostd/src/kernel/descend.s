@@ -1,4 +1,5 @@
-@ void descend(weights r0, s_3 r1, g s0-s2): theta -= sum_j g_j s_3,j, seven at a time
+@ int descend(weights r0, s_3 r1, g s0-s2): theta -= sum_j g_j s_3,j, seven at a time. When a weight
+@ is not finite all are restored and the result is not 0. All that comes in is finite.
 
 @ One g_j with its value of each of the seven.
 .macro part g, a, b, c, d, e, f, h
@@ -18,8 +19,25 @@
     less s30, \g, \h
 .endm
 
+@ The 63 weights from one place to another; both pointers end behind them.
+.macro copy from, to
+    vldm \from!, {s3-s23}
+    vstm \to!, {s3-s23}
+    vldm \from!, {s3-s23}
+    vstm \to!, {s3-s23}
+    vldm \from!, {s3-s23}
+    vstm \to!, {s3-s23}
+.endm
+
 .macro descend
     vpush {d8-d15}
+    sub sp, sp, #256
+    mov r2, sp
+    copy r0, r2
+    sub r0, r0, #252
+    vmrs r3, fpscr
+    bic r3, r3, #0x9f
+    vmsr fpscr, r3
     movs r2, #9
 4:  vldm r1!, {s3-s23}
     vldm r0, {s24-s30}
@@ -29,6 +47,14 @@
     vstm r0!, {s24-s30}
     subs r2, r2, #1
     bne 4b
+    vmrs r3, fpscr
+    ands r3, r3, #5
+    beq 5f
+    sub r0, r0, #252
+    mov r2, sp
+    copy r2, r0
+5:  add sp, sp, #256
     vpop {d8-d15}
+    mov r0, r3
     bx lr
 .endm
