@@ -10,8 +10,10 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use firmware::app::blackbox::Memory;
 
 // SAFETY: `cortex-m-rt` places this section in RAM, and neither loads nor zeroes it, which suits
-// `MaybeUninit`.
-#[unsafe(link_section = ".uninit.blackbox")]
+// `MaybeUninit`. Nor does it that of a Cortex-M7 (`memory.x`): a reset forgets what is in the data
+// cache alone, and memory beside the core has no cache.
+#[cfg_attr(not(feature = "m7"), unsafe(link_section = ".uninit.blackbox"))]
+#[cfg_attr(feature = "m7", unsafe(link_section = ".uncached.blackbox"))]
 static mut MEMORY: MaybeUninit<Memory> = MaybeUninit::uninit();
 static TAKEN: AtomicBool = AtomicBool::new(false);
 
