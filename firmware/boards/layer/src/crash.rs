@@ -20,8 +20,9 @@ pub use crate::record::during;
 use crate::record::{_stack_end, _stack_start, entry, record, save_retained, unhealthy, words};
 
 /// The loop has not turned well for so long, ms: longer than erasing a part of the store takes, and
-/// shorter than [`crate::WATCHDOG_MS`].
+/// shorter than the watchdog waits with its fastest clock.
 const LATE_MS: u32 = 6000;
+const _: () = assert!(LATE_MS + 500 < crate::WATCHDOG_MS * 32 / 47);
 /// Between two looks of SysTick, cycles of the core: as many as it can count, 0.1 s at 168 MHz.
 const LOOKS: u32 = 0xFF_FFFF;
 

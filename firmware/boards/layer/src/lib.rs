@@ -70,8 +70,13 @@ use firmware::learn::FixMemory;
 use static_cell::ConstStaticCell;
 
 /// The watchdog bites when it was not fed for so long, ms: longer than erasing a part of the store
-/// takes, which halts most of these chips.
-pub const WATCHDOG_MS: u32 = 8000;
+/// takes, which halts most of these chips. The oscillator of an STM32F4 or F7 has 17 to 47 kHz for
+/// 32 (their data sheets), so it takes 6.8 to 18.8 s.
+pub const WATCHDOG_MS: u32 = if cfg!(feature = "stm32") {
+    10_000
+} else {
+    8000
+};
 
 /// `main` of a board: runs the async function `$path` in an executor of the interrupt `$irq`, which
 /// the chip does not use and which gets the lowest priority, and the learner and the store in the

@@ -142,7 +142,7 @@ fn lines_are_opened_as_configured() {
 }
 
 /// The counter that wakes the loop is stopped, so nobody feeds the independent watchdog, which
-/// resets the chip 8 s later. After that bytes pass.
+/// resets the chip 10 s later. After that bytes pass.
 #[test]
 fn a_loop_that_sleeps_for_ever_is_reset() {
     let Some(emulator) = build_or_skip() else {
@@ -152,13 +152,13 @@ fn a_loop_that_sleeps_for_ever_is_reset() {
         let mut asked = asked(&board(name), &wires);
         asked.writes.push((300 * MS, counter, 0));
         let frames = frames(ImuFormat::Kvh, 50);
-        wires.feed(&mut asked, (8400 * MS, &[]), (MS, BAUD), &frames);
+        wires.feed(&mut asked, (10_400 * MS, &[]), (MS, BAUD), &frames);
         let outcome = run(&emulator, &asked);
         let [(at, ref why)] = outcome.resets[..] else {
             panic!("{name}: {:?}", outcome.resets);
         };
         assert!(why.contains("IWDG"), "{name}: {why}");
-        assert!((8250..8350).contains(&(at / MS)), "{name}: {at}");
+        assert!((10_250..10_350).contains(&(at / MS)), "{name}: {at}");
         assert!(*wires.sent(&outcome).0 == desktops(&[], &frames), "{name}");
     }
 }
