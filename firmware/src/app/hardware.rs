@@ -42,10 +42,9 @@ impl Hardware {
     pub fn check(&self, lines: &SerialLines) -> Result<(), Reason> {
         let [sensor, navigation, receiver] = &self.clocks;
         let rates = [sensor, navigation].map(|clock| clock.rate(lines.sensor_baud));
-        if rates.iter().any(Result::is_err) {
-            // the slower line's rate, which the other one has too
-            let nearest = [sensor, navigation].map(|clock| clock.nearest(lines.sensor_baud).baud);
-            return Err(Reason::Baud(nearest.into_iter().min().unwrap_or(0)));
+        // of two the slower line's rate, which the other one has too
+        if let Some(nearest) = rates.into_iter().filter_map(Result::err).min() {
+            return Err(Reason::Baud(nearest));
         }
         receiver.rate(lines.receiver_baud).map_err(Reason::Baud)?;
         if (lines.parity != Parity::None || lines.two_stop_bits) && !self.parity {

@@ -1,4 +1,4 @@
-//! Which bit rates a UART can have: its clock divided by a whole number.
+//! Which bit rates a UART can have: its clock divided by a whole number, or those of a list.
 //!
 //! Both ends of a line may differ only so far. A receiver looks at the middle of each bit, counted
 //! from the start bit's edge. With 16 looks a bit, a USART of an STM32F405 tolerates 3.33 % between
@@ -21,6 +21,8 @@ pub struct Clock {
     pub least: u32,
     /// Greatest divider.
     pub most: u32,
+    /// The only rates that it has, bit/s; empty: one for each divider.
+    pub listed: &'static [u32],
 }
 
 /// A bit rate that a UART can have.
@@ -40,6 +42,7 @@ impl Clock {
         hz: 0,
         least: 1,
         most: 1,
+        listed: &[],
     };
 
     /// Clock of a USART of an STM32F405: mantissa and fraction of its divider are together a number
@@ -50,6 +53,7 @@ impl Clock {
             hz,
             least: 8,
             most: 0xFFFF,
+            listed: &[],
         }
     }
 
@@ -60,6 +64,18 @@ impl Clock {
             hz,
             least: 16,
             most: 0xF_FFFF,
+            listed: &[],
+        }
+    }
+
+    /// A UART of this clock that has these rates and no others.
+    #[must_use]
+    pub const fn of(hz: u32, listed: &'static [u32]) -> Clock {
+        Clock {
+            hz,
+            least: 1,
+            most: 1,
+            listed,
         }
     }
 
@@ -71,6 +87,13 @@ impl Clock {
                 divider: 1,
                 baud,
                 error: 0,
+            };
+        }
+        if let Some(&listed) = self.listed.iter().min_by_key(|of| of.abs_diff(baud)) {
+            return Rate {
+                divider: rounded(self.hz.into(), listed.into()),
+                baud: listed,
+                error: error(listed.abs_diff(baud).into(), baud.into()),
             };
         }
         let below = self.hz.checked_div(baud).unwrap_or(self.most);
@@ -100,15 +123,24 @@ impl Clock {
         let divider = divider.max(self.least).min(self.most);
         let [hz, by, wanted] = [self.hz, divider, wanted].map(u64::from);
         let as_wanted = by * wanted;
-        let rounded = |over: u64, under: u64| (over + under / 2).checked_div(under).unwrap_or(0);
         Rate {
             divider,
-            baud: rounded(hz, by) as u32,
-            error: match as_wanted {
-                0 => 10_000,
-                _ => rounded(hz.abs_diff(as_wanted) * 10_000, as_wanted).min(10_000) as u32,
-            },
+            baud: rounded(hz, by),
+            error: error(hz.abs_diff(as_wanted), as_wanted),
         }
+    }
+}
+
+/// `over` / `under`, rounded; 0 for a division by 0.
+fn rounded(over: u64, under: u64) -> u32 {
+    (over + under / 2).checked_div(under).unwrap_or(0) as u32
+}
+
+/// What is off `wanted` by so much, hundredths of a per cent, rounded.
+fn error(off: u64, wanted: u64) -> u32 {
+    match wanted {
+        0 => 10_000,
+        _ => rounded((off * 10_000).min(wanted * 10_000), wanted),
     }
 }
 
@@ -158,6 +190,15 @@ mod tests {
         assert_eq!(cmsdk.rate(1_843_200), Err(1_562_500));
         assert_eq!(cmsdk.rate(921_600).map(|rate| rate.divider), Ok(27));
         assert_eq!(cmsdk.rate(1_000_000).map(|rate| rate.error), Ok(0));
+        // a list, as that of an nRF52840
+        let listed = Clock::of(16_000_000, &[250_000, 457_143, 941_176, 1_000_000]);
+        assert_eq!(listed.rate(500_000), Err(457_143)); // 16 MHz / 32
+        assert_eq!(listed.rate(2_000_000), Err(1_000_000));
+        assert_eq!(listed.rate(921_600), Err(941_176));
+        assert_eq!(listed.rate(0), Err(250_000));
+        let taken = listed.rate(460_800).map(|rate| (rate.baud, rate.error));
+        assert_eq!(taken, Ok((457_143, 79)));
+        assert_eq!(listed.rate(941_176).map(|rate| rate.divider), Ok(17));
         assert_eq!(Clock::ANY.rate(12_345).map(|rate| rate.baud), Ok(12_345));
     }
 

@@ -5,6 +5,7 @@ use crate::device::{Device, nets};
 use crate::frames::{Kind, kinds};
 use crate::record::{HARDWARE, configured};
 use firmware::app::{App, Config, Hardware};
+use firmware::configuration::SerialLines;
 use firmware::configuration::record::encode;
 use firmware::control::{Mode, Reason};
 use firmware::link::rates::Clock;
@@ -144,6 +145,33 @@ fn clock_and_bit_rates_are_faults() {
     let both = fault::CLOCK | fault::BIT_RATE;
     assert_eq!(bits(ClockSource::InternalDirect, 0, 16_000_000), both);
     assert_eq!(bits(ClockSource::Simulator, 0, 42_000_000), 0);
+}
+
+/// A UART with a list of rates, beside a line of which nothing is known: no other rate is taken,
+/// and the one that is there is named and reported.
+#[test]
+fn a_rate_that_is_not_in_the_list_is_refused() {
+    let hardware = Hardware {
+        clocks: [
+            Clock::of(16_000_000, &[457_143, 941_176, 1_000_000]),
+            Clock::ANY,
+            Clock::ANY,
+        ],
+        ..Hardware::DESKTOP
+    };
+    let lines = |sensor_baud| SerialLines {
+        sensor_baud,
+        ..SerialLines::DEFAULT
+    };
+    for (asked, there) in [
+        (500_000, 457_143),
+        (921_600, 941_176),
+        (1_500_000, 1_000_000),
+    ] {
+        assert_eq!(hardware.check(&lines(asked)), Err(Reason::Baud(there)));
+    }
+    assert_eq!(hardware.check(&lines(460_800)), Ok(()));
+    assert_eq!(hardware.bauds(&lines(460_800)), [457_143, 0, 0]);
 }
 
 /// A safe start passes bytes at the configured lines, in bypass, without the stored networks, and

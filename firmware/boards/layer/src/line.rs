@@ -171,21 +171,45 @@ impl Uart for embassy_rp::uart::BufferedUart {
 mod nrf {
     use embassy_nrf::buffered_uarte::BufferedUarte;
     use embassy_nrf::uarte::Baudrate;
+    use firmware::link::rates::Clock;
 
     use super::{Frame, Uart};
 
-    const RATES: [(u32, Baudrate); 8] = [
-        (9_600, Baudrate::Baud9600),
-        (38_400, Baudrate::Baud38400),
-        (57_600, Baudrate::Baud57600),
-        (115_200, Baudrate::Baud115200),
-        (230_400, Baudrate::Baud230400),
-        (460_800, Baudrate::Baud460800),
-        (921_600, Baudrate::Baud921600),
+    /// The rates that the chip has, as its product specification lists them, bit/s (table of the
+    /// register BAUDRATE, "actual rate"). It makes no others.
+    const RATES: [(u32, Baudrate); 18] = [
+        (1_205, Baudrate::Baud1200),
+        (2_396, Baudrate::Baud2400),
+        (4_808, Baudrate::Baud4800),
+        (9_598, Baudrate::Baud9600),
+        (14_401, Baudrate::Baud14400),
+        (19_208, Baudrate::Baud19200),
+        (28_777, Baudrate::Baud28800),
+        (31_250, Baudrate::Baud31250),
+        (38_369, Baudrate::Baud38400),
+        (55_944, Baudrate::Baud56000),
+        (57_554, Baudrate::Baud57600),
+        (76_923, Baudrate::Baud76800),
+        (115_108, Baudrate::Baud115200),
+        (231_884, Baudrate::Baud230400),
+        (250_000, Baudrate::Baud250000),
+        (457_143, Baudrate::Baud460800),
+        (941_176, Baudrate::Baud921600),
         (1_000_000, Baudrate::Baud1m),
     ];
+    const LISTED: [u32; RATES.len()] = {
+        let (mut listed, mut at) = ([0; RATES.len()], 0);
+        while at < RATES.len() {
+            listed[at] = RATES[at].0;
+            at += 1;
+        }
+        listed
+    };
 
-    /// The nearest rate of the driver's list.
+    /// What makes these rates.
+    pub const CLOCK: Clock = Clock::of(16_000_000, &LISTED);
+
+    /// The nearest rate of the list.
     pub fn rate(baud: u32) -> Baudrate {
         let nearest = RATES.iter().min_by_key(|(of, _)| of.abs_diff(baud));
         nearest.map_or(Baudrate::Baud115200, |(_, rate)| *rate)
@@ -198,4 +222,4 @@ mod nrf {
     }
 }
 #[cfg(feature = "nrf")]
-pub use nrf::rate;
+pub use nrf::{CLOCK, rate};

@@ -22,7 +22,7 @@ use layer::firmware::configuration::SerialLines;
 use layer::firmware::link::NoLine;
 use layer::firmware::link::rates::Clock;
 use layer::flash::Region;
-use layer::line::{Port, RING, rate};
+use layer::line::{self, Port, RING, rate};
 use layer::{Adis, Board, WATCHDOG_MS, bytes};
 
 bind_interrupts!(struct Interrupts {
@@ -32,13 +32,6 @@ bind_interrupts!(struct Interrupts {
     USBD => usb::InterruptHandler<USBD>;
     CLOCK_POWER => vbus_detect::InterruptHandler;
 });
-
-/// The rates that Nordic lists are 16 MHz by a whole number: 921 600 bit/s is 2.1 % too fast.
-const UART: Clock = Clock {
-    hz: 16_000_000,
-    least: 16,
-    most: 13_333,
-};
 
 layer::main!(frame_path, embassy_nrf, EGU0_SWI0, P7);
 
@@ -85,7 +78,7 @@ async fn frame_path() {
     let board = Board {
         name: "nrf52840",
         // the second one would stand for the command link's, too, which is USB
-        clocks: [UART, Clock::ANY, Clock::ANY],
+        clocks: [line::CLOCK, Clock::ANY, Clock::ANY],
         parity: false,
         lines: Lines {
             sensor: line!(UARTE0, TIMER1, PPI_CH0, PPI_CH1, PPI_GROUP0, P1_01, P1_02),
