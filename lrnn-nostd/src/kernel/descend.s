@@ -49,12 +49,13 @@
     bne 4b
     vmrs r3, fpscr
     ands r3, r3, #5
-    beq 5f
-    sub r0, r0, #252
-    mov r2, sp
-    copy r2, r0
-5:  add sp, sp, #256
+    bne 5f
+6:  add sp, sp, #256
     vpop {d8-d15}
     mov r0, r3
     bx lr
+5:  sub r0, r0, #252
+    mov r2, sp
+    copy r2, r0
+    b 6b
 .endm

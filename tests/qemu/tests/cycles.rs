@@ -33,6 +33,6 @@ fn the_form_for_the_m4_has_fewer_cycles_and_more_instructions() {
     println!("together: m4 {m4:?}, m7 {m7:?}");
     assert!(m4.1 < m7.1, "{m4:?} {m7:?}");
     assert!(m4.0 > m7.0, "{m4:?} {m7:?}");
-    // QEMU counts 2 555 with Rust's own code. The model follows the same path.
-    assert!((2_400..2_556).contains(&m7.0), "{m7:?}");
+    // QEMU counts 2 574 with Rust's own code. The model follows the same path.
+    assert!((2_400..2_575).contains(&m7.0), "{m7:?}");
 }
