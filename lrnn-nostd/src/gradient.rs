@@ -113,7 +113,7 @@ impl<T: Real> Sensitivities<T> {
         let old = *weights;
         let g = residual.map(|r| r * rate);
         // Slices of known length need no bounds checks and no iterator over layers.
-        let mut first = 0;
+        let (mut first, mut finite) = (0, true);
         for layer in &mut weights.layers {
             let parts = [
                 layer.w.as_flattened_mut(),
@@ -125,11 +125,11 @@ impl<T: Real> Sensitivities<T> {
                     if first + k < PARAMS {
                         descend(theta, &g, &self.s3.at(first + k));
                     }
+                    finite &= theta.has_finite_bits();
                 }
                 first += part.len();
             }
         }
-        let finite = weights.is_finite();
         if !finite {
             *weights = old;
         }
@@ -401,5 +401,9 @@ impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
 /// Whether a descent can be made with them.
 #[inline(always)]
 pub(crate) fn are_finite<T: Real>(target: &[T; NEURONS], rate: T) -> bool {
-    three_finite(*target) && rate.is_finite()
+    if BY_COLUMN {
+        three_finite(*target) && rate.is_finite()
+    } else {
+        target.iter().all(|value| value.has_finite_bits()) && rate.has_finite_bits()
+    }
 }

@@ -56,6 +56,9 @@ pub trait Real:
         self * Self::ZERO == Self::ZERO
     }
 
+    /// [`Real::is_finite`] without arithmetic, which is a call on a core without an FPU.
+    fn has_finite_bits(self) -> bool;
+
     /// -1, 0 or +1; 0 for NaN.
     #[inline(always)]
     fn sign(self) -> Self {
@@ -97,6 +100,11 @@ impl Real for f32 {
     fn sqrt(self) -> Self {
         libm::sqrtf(self)
     }
+    #[inline(always)]
+    fn has_finite_bits(self) -> bool {
+        let largest = f32::INFINITY.to_bits();
+        self.to_bits() & largest != largest
+    }
 }
 
 impl Real for f64 {
@@ -127,6 +135,11 @@ impl Real for f64 {
     #[inline(always)]
     fn sqrt(self) -> Self {
         libm::sqrt(self)
+    }
+    #[inline(always)]
+    fn has_finite_bits(self) -> bool {
+        let largest = f64::INFINITY.to_bits();
+        self.to_bits() & largest != largest
     }
 }
 

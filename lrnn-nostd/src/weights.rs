@@ -167,9 +167,11 @@ impl<T: Real> Weights<T> {
 
     /// Whether every parameter is finite.
     pub fn is_finite(&self) -> bool {
-        self.iter()
-            .fold(T::ZERO, |sum, value| sum + value * T::ZERO)
-            == T::ZERO
+        let finite = |values: &[T]| values.iter().all(|value| value.has_finite_bits());
+        self.layers.iter().all(|layer| {
+            let Layer { w, r, b } = layer;
+            finite(w.as_flattened()) && finite(r.as_flattened()) && finite(b)
+        })
     }
 
     /// These weights in another number type: exact from `f32` to `f64`, rounded to nearest the
