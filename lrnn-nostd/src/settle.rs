@@ -21,13 +21,11 @@ impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
     /// Sets the state to the one that the network reaches under a constant `input` (physical
     /// units, as for [`Net::step`]). A state that is not finite is not taken: the old one stays.
     ///
-    /// It returns whether this is a steady state: a step with the same input moves no unit by more
-    /// than 0.03 % of 1 or of its value (`f32`; the root of the resolution). It always is where all
-    /// entries of R are within +-0.3, because a layer then has one steady state and the search ends
-    /// there. With stronger feedback there may be none or several, and the search may end beside
-    /// them: a unit that feeds itself by 1 or more stays at 0, although with a saturating
-    /// activation it may have stable states elsewhere. What was found is taken in any case, and the
-    /// steps that follow lead away from it.
+    /// What is found is a steady state wherever all entries of R are within +-0.3, because a layer
+    /// then has one and the search ends there. With stronger feedback there may be none or several,
+    /// and the search may end beside them: a unit that feeds itself by 1 or more stays at 0,
+    /// although with a saturating activation it may have stable states elsewhere. What was found is
+    /// taken in any case, and the steps that follow lead away from it; [`Net::is_steady`] tells.
     ///
     /// Sensitivities are not settled: they remain as they are, those of no step after
     /// [`crate::Sensitivities::reset`].
@@ -38,25 +36,33 @@ impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
     /// let weights = Weights::from_fn(|i| 0.05 * (i % 5) as f32);
     /// let net: Net = Net::new(weights, Normalisation::identity());
     /// let mut state = State::new();
-    /// assert!(net.settle(&mut state, [0.5, 0.0, 0.0]));
+    /// net.settle(&mut state, [0.5, 0.0, 0.0]);
+    /// assert!(net.is_steady(&state, [0.5, 0.0, 0.0]));
     /// let settled = state.output();
     /// let next = net.step(&mut state, [0.5, 0.0, 0.0]).output;
     /// assert!((next[0] - settled[0]).abs() < 1e-3); // no transient
     /// ```
-    pub fn settle(&self, state: &mut State<T>, input: [T; NEURONS]) -> bool {
+    pub fn settle(&self, state: &mut State<T>, input: [T; NEURONS]) {
         let u = self.normalisation.input(input);
         let [one, two, three] = &self.weights.layers;
         let first = steady::<H, F, T>(one, &u);
         let second = steady::<H, F, T>(two, &first);
         let third = steady::<O, F, T>(three, &second);
         let y = [first, second, third];
-        if !all_finite(y.as_flattened()) {
-            return false;
+        if all_finite(y.as_flattened()) {
+            state.y = y;
         }
-        state.y = y;
-        stays::<H, F, T>(one, &u, &first)
-            && stays::<H, F, T>(two, &first, &second)
-            && stays::<O, F, T>(three, &second, &third)
+    }
+
+    /// Whether a step with this input moves no unit by more than 0.03 % of 1 or of its value (`f32`;
+    /// the root of the resolution), with the layers below as they are.
+    pub fn is_steady(&self, state: &State<T>, input: [T; NEURONS]) -> bool {
+        let u = self.normalisation.input(input);
+        let [one, two, three] = &self.weights.layers;
+        let [first, second, third] = &state.y;
+        stays::<H, F, T>(one, &u, first)
+            && stays::<H, F, T>(two, first, second)
+            && stays::<O, F, T>(three, second, third)
     }
 }
 
@@ -149,7 +155,8 @@ mod tests {
         let net: Net<Rational, Identity, Full, f64> = Net::new(weights, scales);
         for input in [[25.0, 0.0, 0.0], [48.0, 0.01, 0.3], [-10.0, -0.02, 1.5]] {
             let mut settled = State::new();
-            assert!(net.settle(&mut settled, input));
+            net.settle(&mut settled, input);
+            assert!(net.is_steady(&settled, input));
             let mut stepped = State::new();
             for _ in 0..20_000 {
                 let _ = net.step(&mut stepped, input);
@@ -190,7 +197,8 @@ mod tests {
         weights.layers[2].b = [0.1; 3];
         let net: Net = Net::new(weights, Normalisation::identity());
         let mut state = State::new();
-        assert!(!net.settle(&mut state, [0.0; 3]));
+        net.settle(&mut state, [0.0; 3]);
+        assert!(!net.is_steady(&state, [0.0; 3]));
         let [a, b, c] = state.y[2];
         assert_eq!(a, 0.0);
         assert!((b - 0.2).abs() < 1e-3 && (c - 0.1).abs() < 1e-6, "{b} {c}");
@@ -202,13 +210,15 @@ mod tests {
         weights.layers[0].b[1] = f32::INFINITY;
         let net: Net = Net::new(weights, Normalisation::identity());
         let mut state = State::new();
-        assert!(!net.settle(&mut state, [f32::NAN; 3]));
+        net.settle(&mut state, [f32::NAN; 3]);
+        assert!(!net.is_steady(&state, [f32::NAN; 3]));
         assert!(state.y.as_flattened().iter().all(|y| *y == 0.0));
         let mut weights = Weights::zero();
         weights.layers[2].r = [[3.0; 3]; 3];
         weights.layers[2].b = [1.0; 3];
         let net: Net = Net::new(weights, Normalisation::identity());
-        assert!(!net.settle(&mut state, [0.0; 3]));
+        net.settle(&mut state, [0.0; 3]);
+        assert!(!net.is_steady(&state, [0.0; 3]));
         assert!(state.y.as_flattened().iter().all(|y| y.is_finite()));
     }
 
@@ -231,7 +241,8 @@ mod tests {
             }
             let net: Net<Tanh, Tanh, Full, f64> = Net::new(weights, Normalisation::identity());
             let (input, mut settled) = ([(); 3].map(|()| random()), State::new());
-            let steady = net.settle(&mut settled, input);
+            net.settle(&mut settled, input);
+            let steady = net.is_steady(&settled, input);
             no += u32::from(!steady);
             let mut stepped = settled;
             let steps = if strength < 1.0 { 1000 } else { 1 };
@@ -256,6 +267,7 @@ mod tests {
         weights.layers[0].b[0] = 0.1;
         let net: Net<Tanh, Identity, Full, f64> = Net::new(weights, Normalisation::identity());
         let mut state = State::new();
-        assert!(!net.settle(&mut state, [0.0; 3]));
+        net.settle(&mut state, [0.0; 3]);
+        assert!(!net.is_steady(&state, [0.0; 3]));
     }
 }

@@ -110,8 +110,8 @@ impl<const N: usize, const PACKED: usize, T: Real> UdCovariance<N, PACKED, T> {
         f
     }
 
-    /// P - P h h^T P / alpha in the factors, from f and D f, with alpha = h^T P h + variance. Leaves
-    /// P h in `gain`.
+    /// P - P h h^T P / alpha in the factors, from f and D f, with alpha = h^T P h + variance.
+    /// Leaves P h in `gain`.
     fn downdate(&mut self, f: &[T; N], gain: &mut [T; N], variance: T) {
         let mut alpha = variance;
         let mut rest = self.u.as_mut_slice();
