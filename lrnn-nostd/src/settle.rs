@@ -54,7 +54,7 @@ impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
         }
     }
 
-    /// Whether a step with this input moves no unit by more than 0.03 % of 1 or of its value (`f32`;
+    /// Whether a step with this input moves no unit by more than 0.03 % of 1 or its value (`f32`;
     /// the root of the resolution), with the layers below as they are.
     pub fn is_steady(&self, state: &State<T>, input: [T; NEURONS]) -> bool {
         let u = self.normalisation.input(input);
