@@ -84,7 +84,8 @@ pub struct Table<T = f64> {
     names: Vec<String>,
     values: Vec<T>,
     rows: usize,
-    first_line: usize,
+    /// A row and its line, where the row before it is not on the line before that.
+    lines: Vec<(usize, usize)>,
     /// Notes on lines that are left out, a sentence each.
     pub notes: Vec<String>,
 }
@@ -117,7 +118,7 @@ impl<T: Cell> Table<T> {
             names: names[..count].to_vec(),
             values: Vec::new(),
             rows: 0,
-            first_line: layout.skip + 1,
+            lines: Vec::new(),
             notes: Vec::new(),
         };
         let (mut row, mut lines) = (Vec::with_capacity(names.len()), source.lines()?);
@@ -130,8 +131,8 @@ impl<T: Cell> Table<T> {
             if line <= layout.skip || lines.trails() {
                 continue;
             }
-            if let Some((_, row)) = last.take() {
-                table.keep(&row, count, &mut rest)?;
+            if let Some((line, row)) = last.take() {
+                table.keep(line, &row, count, &mut rest)?;
             }
             let read = table.cells(line, &lines, layout, &names, &mut row);
             if layout.cut && read.is_err() && lines.cell(0).starts_with(['#', '%']) {
@@ -153,11 +154,10 @@ impl<T: Cell> Table<T> {
                 }
                 (Some((at, _)), Ok(())) => {
                     table.note(at, "the first line of data is not whole and is left out");
-                    table.first_line = line;
                 }
                 (None, Ok(())) => {}
             }
-            table.keep(&row, count, &mut rest)?;
+            table.keep(line, &row, count, &mut rest)?;
         }
         if let Some((line, _)) = last {
             table.note(line, CUT);
@@ -173,17 +173,28 @@ impl<T: Cell> Table<T> {
         Ok(table)
     }
 
-    /// Keeps the first `count` values of a row. The others go to `rest`.
+    /// Keeps the first `count` values of the row on a line. The others go to `rest`.
     fn keep(
         &mut self,
+        line: usize,
         row: &[T],
         count: usize,
         rest: &mut impl FnMut(&[T]) -> Result<(), Error>,
     ) -> Result<(), Error> {
+        if line != self.line(self.rows) {
+            self.lines.push((self.rows, line));
+        }
         let (keep, other) = row.split_at(count);
         self.values.extend_from_slice(keep);
         self.rows += 1;
         rest(other)
+    }
+
+    /// The line of a row.
+    fn line(&self, row: usize) -> usize {
+        let after = self.lines.partition_point(|(first, _)| *first <= row);
+        let (first, line) = self.lines[..after].last().copied().unwrap_or_default();
+        line + row - first
     }
 
     /// What is not whole at the end of a file: a note if it may be so, else an error.
@@ -346,7 +357,7 @@ impl<T: Cell> Table<T> {
     ) -> Error {
         Error::Value {
             file: self.file.clone(),
-            line: self.first_line + i,
+            line: self.line(i),
             field: name.to_owned(),
             text: value.to_string(),
             fault,
@@ -381,7 +392,7 @@ impl Table {
     pub fn time_back(&self, i: usize, name: &str, [before, now]: [f64; 2]) -> Error {
         Error::TimeBack {
             file: self.file.clone(),
-            line: self.first_line + i,
+            line: self.line(i),
             field: name.to_owned(),
             before,
             now,

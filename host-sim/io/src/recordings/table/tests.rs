@@ -271,3 +271,28 @@ fn time_must_rise_and_values_stay_in_range() {
         "in.csv:3: column 'x': '-9' is out of range; remedy: give m"
     );
 }
+
+/// Comment lines among the data do not shift the lines that errors name.
+#[test]
+fn errors_name_the_line_behind_comments() {
+    let text = b"# made by hand\n1,2\n2,3\n# a pause\n# a long one\n3,4\n3,5\n# more\n4,900\n";
+    let (_dir, path) = file("in.csv", text);
+    let names = ["t", "x"].map(String::from);
+    let layout = Layout {
+        skip: 0,
+        names: &names,
+        wanted: &[0, 1],
+        gap: None,
+        loose: usize::MAX,
+        cut: true,
+    };
+    let source = Source::open(&path, Separator::COMMA).unwrap();
+    let table = Table::<f64>::read(&source, &layout).unwrap();
+    let line = |fault: Error| message(&fault);
+    let back = line(table.check_rising(0).unwrap_err());
+    assert!(back.starts_with("in.csv:7: "), "{back}");
+    let large = line(table.check_within(1..2, 100.0, "").unwrap_err());
+    assert!(large.starts_with("in.csv:9: "), "{large}");
+    let first = line(table.complain(0, 1, "bad", ""));
+    assert!(first.starts_with("in.csv:2: "), "{first}");
+}
