@@ -1,9 +1,9 @@
-//! Reads whole files and unpacks those that are gzipped.
+//! Reads whole files and unpacks those that are packed.
 
-use crate::recordings::input::{START, check_kind, in_utf8};
+use crate::recordings::input::{Input, START, check_kind};
 use flate2::read::MultiGzDecoder;
 use host_core::error::Error;
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::path::Path;
 
 /// All bytes of a file. The first two bytes identify gzip, so the name of the file does not matter.
@@ -11,38 +11,41 @@ use std::path::Path;
 /// # Errors
 /// [`Error::Missing`], [`Error::Unreadable`], [`Error::Packed`], [`Error::OtherKind`].
 pub fn read(file: &Path) -> Result<Vec<u8>, Error> {
-    unpacked(file, false)
+    let bytes = std::fs::read(file).map_err(|source| Error::reading(file, source))?;
+    check_kind(file, &bytes[..bytes.len().min(START)])?;
+    if !bytes.starts_with(&[0x1f, 0x8b]) {
+        return Ok(bytes);
+    }
+    let mut all = Vec::with_capacity(8 * bytes.len());
+    match MultiGzDecoder::new(&bytes[..]).read_to_end(&mut all) {
+        Ok(_) => Ok(all),
+        Err(fault) => Err(Error::unpacking(
+            file,
+            all.len() as u64,
+            lines(&all),
+            &fault,
+        )),
+    }
 }
 
-/// [`read`], but of a gzipped text that is cut what is there, and a text of UTF-16 as UTF-8.
+/// A text of UTF-16 as UTF-8, unpacked as tables are; of a packed text that is cut what is there.
 ///
 /// # Errors
 /// As [`read`].
 pub(super) fn read_to_cut(file: &Path) -> Result<Vec<u8>, Error> {
+    let mut input = Input::text(file, &|_, _| {})?;
     let mut text = Vec::new();
-    let read = in_utf8(&unpacked(file, true)?[..]).read_to_end(&mut text);
-    read.map_err(|source| Error::reading(file, source))?;
-    Ok(text)
-}
-
-fn unpacked(file: &Path, to_cut: bool) -> Result<Vec<u8>, Error> {
-    let bytes = std::fs::read(file).map_err(|source| Error::reading(file, source))?;
-    check_kind(file, &bytes[..bytes.len().min(START)])?;
-    match bytes.starts_with(&[0x1f, 0x8b]) {
-        true => inflate(file, &bytes, to_cut),
-        false => Ok(bytes),
+    match input.read_to_end(&mut text) {
+        Err(fault) if fault.kind() != ErrorKind::UnexpectedEof || text.is_empty() => {
+            Err(match input.packed {
+                true => Error::unpacking(file, input.at, lines(&text), &fault),
+                false => Error::reading(file, fault),
+            })
+        }
+        _ => Ok(text),
     }
 }
 
-fn inflate(file: &Path, bytes: &[u8], to_cut: bool) -> Result<Vec<u8>, Error> {
-    let mut text = Vec::with_capacity(8 * bytes.len());
-    let Err(fault) = MultiGzDecoder::new(bytes).read_to_end(&mut text) else {
-        return Ok(text);
-    };
-    let is_cut = fault.kind() == std::io::ErrorKind::UnexpectedEof;
-    if is_cut && to_cut && !text.is_empty() {
-        return Ok(text);
-    }
-    let lines = text.iter().filter(|&&byte| byte == b'\n').count();
-    Err(Error::unpacking(file, text.len() as u64, lines, &fault))
+fn lines(text: &[u8]) -> usize {
+    text.iter().filter(|&&byte| byte == b'\n').count()
 }

@@ -10,6 +10,7 @@ fn original(path: &Path, separator: Separator, skip: usize) -> Original {
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let columns = axes.map(|axis| Axes::RIGHT_FORWARD_UP.turn(axis));
     let columns = SampleColumns {
+        time: 3,
         columns: [[0, 1, 2], [5, 4, 6]],
         units: [0.5, 2.0],
         turn: Rotation3::from_matrix_unchecked(Matrix3::from_columns(&columns)),
@@ -53,6 +54,20 @@ fn only_numbers_that_change_are_rewritten() {
             "1, 2 3,4 5 6 7\n1, 2 3,4 5 6 7\n",
             "1, 2 3,4 5 6 7\n0.5, 2 3,4 5 6 7.5\n",
         ),
+        // decimal commas
+        (
+            Separator::Char(b';'),
+            0,
+            "1,50;2;3;0,1;5,0;6;7,25\n1,50;2;3;0,2;5,0;6;7,25\n",
+            "1,50;2;3;0,1;5,0;6;7,25\n1;2;3;0,2;5,0;6;7,75\n",
+        ),
+        // a time that is missing, and lines of comments
+        (
+            Separator::COMMA,
+            1,
+            "names\n1,2,3,1,5,6,7\n#1,2,3,2,5,6,7\n1,2,3,nan,5,6,7\n1,2,3,3,5,6,7\n",
+            "names\n1,2,3,1,5,6,7\n#1,2,3,2,5,6,7\n1,2,3,nan,5,6,7\n0.5,2,3,3,5,6,7.5\n",
+        ),
     ] {
         let (_dir, path) = file("in.csv", text.as_bytes());
         let original = original(&path, separator, skip);
@@ -64,11 +79,17 @@ fn only_numbers_that_change_are_rewritten() {
 }
 
 #[test]
-fn a_gzipped_file_is_read_and_another_file_is_noticed() {
+fn a_packed_file_is_read_and_another_file_is_noticed() {
     let text = b"1,2,3,4,5,6,7\n1,2,3,4,5,6,7\n";
     let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
     gzip.write_all(text).unwrap();
     let (_dir, path) = file("in.csv", &gzip.finish().unwrap());
+    let packed = original(&path, Separator::COMMA, 0);
+    let got = packed.without(&taken()).unwrap();
+    assert_eq!(got, b"1,2,3,4,5,6,7\n0.5,2,3,4,5,6,7.5\n");
+    let zstd =
+        ruzstd::encoding::compress_to_vec(&text[..], ruzstd::encoding::CompressionLevel::Fastest);
+    let (_dir, path) = file("in.csv", &zstd);
     let packed = original(&path, Separator::COMMA, 0);
     let got = packed.without(&taken()).unwrap();
     assert_eq!(got, b"1,2,3,4,5,6,7\n0.5,2,3,4,5,6,7.5\n");

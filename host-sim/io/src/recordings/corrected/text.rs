@@ -2,7 +2,7 @@
 
 use crate::recordings::read::read_to_cut;
 use crate::recordings::session::complain;
-use crate::recordings::table::{Separator, unquoted};
+use crate::recordings::table::{Cell, Separator, unquoted};
 use host_core::error::Error;
 use host_core::inertial::sins::Increment;
 use nalgebra::{Rotation3, Vector3};
@@ -13,7 +13,7 @@ use std::path::PathBuf;
 /// A text file that holds one sample on each line.
 #[derive(Debug, Clone)]
 pub struct Text {
-    /// The file, plain or gzipped.
+    /// The file, plain or packed.
     pub file: PathBuf,
     /// Lines before the samples.
     pub skip: usize,
@@ -25,7 +25,9 @@ pub struct Text {
 /// Position of the samples on a line, their units and axes.
 #[derive(Debug, Clone, Copy)]
 pub struct SampleColumns {
-    /// Columns of the gyros x, y, z and of the accelerometers, counted from 0.
+    /// Column of the time, counted from 0.
+    pub time: usize,
+    /// Columns of the gyros x, y, z and of the accelerometers.
     pub columns: [[usize; 3]; 2],
     /// SI value of the number 1, for gyros and accelerometers.
     pub units: [f64; 2],
@@ -73,14 +75,15 @@ impl Text {
         }
     }
 
-    /// Whether a line has all six numbers.
+    /// Whether a line has a time and all six numbers, as its reader sees it.
     fn has_sample(&self, line: &[u8]) -> bool {
         let spans = self.spans(line);
-        let mut columns = self.columns.columns.iter().flatten();
+        let samples = self.columns.columns.iter().flatten();
+        let mut columns = samples.chain([&self.columns.time]);
         columns.all(|column| {
-            let text = spans.get(*column).map(|span| &line[span.clone()]);
-            let number = text.and_then(|text| std::str::from_utf8(text).ok()?.parse::<f64>().ok());
-            number.is_some_and(f64::is_finite)
+            spans
+                .get(*column)
+                .is_some_and(|span| number(line, span).is_some())
         })
     }
 
@@ -92,6 +95,7 @@ impl Text {
             columns,
             units,
             turn,
+            ..
         } = &self.columns;
         for ((columns, unit), taken) in columns.iter().zip(units).zip([taken.dtheta, taken.dv]) {
             if taken == Vector3::zeros() {
@@ -100,13 +104,14 @@ impl Text {
             let taken = turn.inverse() * taken / *unit;
             for (column, taken) in columns.iter().zip(taken.iter()) {
                 let span = spans.get(*column)?.clone();
-                let old: f64 = std::str::from_utf8(&line[span.clone()])
-                    .ok()?
-                    .parse()
-                    .ok()?;
+                let old = number(line, &span)?;
                 let new = old - taken;
                 if new != old {
-                    changes.push((span, shortest(new)));
+                    let text = match line[span.clone()].contains(&b',') {
+                        true => shortest(new).replace('.', ","), // a decimal comma
+                        false => shortest(new),
+                    };
+                    changes.push((span, text));
                 }
             }
         }
@@ -152,6 +157,12 @@ impl Text {
         let remedy = "do not change the file while it is replayed";
         complain(&self.file, &key, problem, remedy)
     }
+}
+
+/// The number in a part of a line.
+fn number(line: &[u8], span: &Range<usize>) -> Option<f64> {
+    let text = std::str::from_utf8(&line[span.clone()]).ok()?;
+    <f64 as Cell>::parse(text).ok()
 }
 
 /// The lines of a text with what ends them: a line feed, or a carriage return that stands alone.

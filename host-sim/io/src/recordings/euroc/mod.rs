@@ -138,6 +138,7 @@ pub fn original(folder: &Path, mounting: Rotation3<f64>) -> Result<Text, Error> 
     let file = imu.join("data.csv");
     let first = Source::open(&file, Separator::COMMA)?.first_line();
     let columns = SampleColumns {
+        time: 0,
         columns: [[1, 2, 3], [4, 5, 6]],
         units: [1.0; 2],
         turn: mounting * sensor(&imu.join("sensor.yaml"))?,

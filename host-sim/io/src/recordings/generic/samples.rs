@@ -183,6 +183,7 @@ pub(super) fn original(read: &OpenedHeader) -> Result<Text, Error> {
         Ok::<_, Error>([column(key, x)?, column(key, y)?, column(key, z)?])
     };
     let columns = SampleColumns {
+        time: column("time", &imu.time.column)?,
         columns: [
             columns("gyro", &imu.gyro.columns)?,
             columns("accel", &imu.accel.columns)?,

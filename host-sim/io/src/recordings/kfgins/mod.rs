@@ -259,6 +259,7 @@ fn check_seconds<'t>(
 #[must_use]
 pub fn original(imu: &Path) -> Text {
     let columns = SampleColumns {
+        time: 0,
         columns: [[1, 2, 3], [4, 5, 6]],
         units: [1.0; 2],
         turn: Rotation3::identity(),
