@@ -225,7 +225,7 @@ impl Recording {
             kind,
             rate_hz,
             fixes: fixes(fix_time, fix_position, fix_velocity, fix_sigma)?,
-            lever_arm_m: arm.unwrap_or_default(),
+            lever_arm_m: arm,
             initial_attitude: start(standstill_s, attitude_deg)?,
             ..Record::default()
         };

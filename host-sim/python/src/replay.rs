@@ -162,11 +162,8 @@ pub fn replay(
         option: |name| name.replace('-', "_"),
     };
     let (mut record, says) = (recording.record.clone(), recording.says.clone());
-    if let Some(unit) = &wanted.unit
-        && record.lever_arm_m == [0.0; 3]
-    {
-        record.lever_arm_m = unit.receiver.lever_arm_m;
-    }
+    let of_unit = wanted.unit.as_ref().map(|unit| unit.receiver.lever_arm_m);
+    record.lever_arm_m = record.lever_arm_m.or(of_unit);
     let done = interruptible(py, move || {
         user_recording::replay(record, &says, &wanted, &mut |_| Ok(()))
     })?;

@@ -54,11 +54,11 @@ impl RecordOptions {
             <[f64; 3]>::try_from(&self.lever_arm[..]),
             &self.lever_arm[..],
         ) {
-            (Ok(arm), _) if metres(&arm) => record.lever_arm_m = arm,
-            (Err(_), []) if record.lever_arm_m == [0.0; 3] => {
-                record.lever_arm_m = unit.receiver.lever_arm_m;
+            (Ok(arm), _) if metres(&arm) => record.lever_arm_m = Some(arm),
+            (Err(_), []) => {
+                let of_unit = unit.receiver.lever_arm_m;
+                record.lever_arm_m.get_or_insert(of_unit);
             }
-            (Err(_), []) => {}
             _ => {
                 return Err(refused(
                     "--lever-arm",
@@ -100,4 +100,36 @@ fn in_unit_file(
     renamed(format!(
         "write {field} into a unit file and give --unit FILE.toml"
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A recording's own lever arm counts, also where it is zero, before that of the unit.
+    #[test]
+    fn a_stated_lever_arm_of_zero_counts() {
+        let mut unit = Unit::preset("tactical").unwrap();
+        unit.receiver.lever_arm_m = [2.0, -1.0, -1.5];
+        let options = |lever_arm| RecordOptions {
+            time_offset: None,
+            estimate_time_offset: false,
+            lever_arm,
+            heading: None,
+            heading_sigma: 10.0,
+        };
+        for (stated, option, want) in [
+            (None, vec![], [2.0, -1.0, -1.5]),
+            (Some([0.0; 3]), vec![], [0.0; 3]),
+            (Some([1.0, 0.0, 0.0]), vec![], [1.0, 0.0, 0.0]),
+            (Some([1.0, 0.0, 0.0]), vec![0.0; 3], [0.0; 3]),
+        ] {
+            let mut record = Record {
+                lever_arm_m: stated,
+                ..Record::default()
+            };
+            options(option).apply(&mut record, &unit).unwrap();
+            assert_eq!(record.lever_arm_m, Some(want));
+        }
+    }
 }

@@ -17,6 +17,7 @@ pub mod lasergyro;
 pub mod mcap;
 pub mod novatel;
 pub(crate) mod nowhere;
+pub mod pace;
 pub mod read;
 pub mod receiver;
 pub mod record;

@@ -4,6 +4,7 @@
 
 use crate::recordings::gaps;
 use crate::recordings::increments::MotionIntegral;
+use crate::recordings::pace::Pace;
 use crate::recordings::session::{
     InitialAttitude, Parts, Prepared, SAME_S, build, complain, first_from,
 };
@@ -21,6 +22,9 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 pub use host_core::inertial::gnss::NOT_MEASURED;
+
+/// A rate over the whole time that differs by more than this share is noted.
+const CONTRADICTS: f64 = 0.005;
 
 /// Kind of the samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -127,8 +131,8 @@ pub struct Record {
     pub fixes: Vec<TimedFix>,
     /// Speed of the wheels, m/s, at rising times on the IMU's clock, s.
     pub wheels: Vec<[f64; 2]>,
-    /// From the IMU to the antenna: forward, right, down, m.
-    pub lever_arm_m: [f64; 3],
+    /// From the IMU to the antenna: forward, right, down, m, if the recording states it.
+    pub lever_arm_m: Option<[f64; 3]>,
     /// Attitude at the first fix, if it is known.
     pub initial_attitude: Option<InitialAttitude>,
     /// Heading at the first fix and its standard deviation, rad, if no more of the attitude is
@@ -157,7 +161,7 @@ impl Default for Record {
             rate_hz: 0,
             fixes: Vec::new(),
             wheels: Vec::new(),
-            lever_arm_m: [0.0; 3],
+            lever_arm_m: None,
             initial_attitude: None,
             rough_heading: None,
             max_gap_s: None,
@@ -194,7 +198,7 @@ impl Record {
             rate_hz: session.samples_per_epoch(),
             fixes: session.fixes.iter().enumerate().filter_map(fix).collect(),
             wheels: speeds.map(|(k, v)| [k as f64 * EPOCH_S, v]).collect(),
-            lever_arm_m: session.lever_arm.into(),
+            lever_arm_m: Some(session.lever_arm.into()).filter(|arm| *arm != [0.0; 3]),
             initial_attitude: Some(initial_attitude),
             ..Self::default()
         }
@@ -232,19 +236,34 @@ impl Record {
     }
 
     /// [`Record::increments`] for a file of increments: where rates are missing for too long to be
-    /// bridged, there is no increment, so that a reader of the file sees the gap.
+    /// bridged, there is no increment, so that a reader of the file sees the gap. Across a shorter
+    /// gap the increment is split into equal ones of about the usual length.
     pub fn written_increments(&self) -> impl Iterator<Item = (f64, Increment)> {
-        let long = match self.kind {
-            Kind::Increment => Vec::new(),
-            Kind::Rate => {
-                let step = median_step(&self.time);
-                let gaps = gaps::gaps(&self.time, self.kind, step);
-                gaps::long(&gaps, self.kind, step, self.max_gap_s)
-            }
-        };
-        let mut long = long.into_iter().map(|gap| gap.to).peekable();
-        self.increments()
-            .filter(move |(t, _)| long.next_if_eq(t).is_none())
+        let mut before = self.time.start().unwrap_or_default();
+        let mut parts = Vec::new();
+        if self.kind == Kind::Rate {
+            let pace = Pace::of(&self.time);
+            let gaps = gaps::gaps(&self.time, self.kind, &pace);
+            let long = gaps::long(&gaps, self.kind, pace.step, self.max_gap_s);
+            parts.extend(gaps.iter().map(|gap| match long.contains(gap) {
+                true => (gap.to, 0),
+                false => (gap.to, (gap.length / pace.step).round() as usize),
+            }));
+        }
+        let mut parts = parts.into_iter().peekable();
+        self.increments().flat_map(move |(now, whole)| {
+            let count = parts.next_if(|(to, _)| *to == now).map_or(1, |(_, n)| n);
+            let from = std::mem::replace(&mut before, now);
+            let part = Increment {
+                dtheta: whole.dtheta / count as f64,
+                dv: whole.dv / count as f64,
+            };
+            let end = move |k| match k == count {
+                true => now,
+                false => from + (now - from) * k as f64 / count as f64,
+            };
+            (1..=count).map(move |k| (end(k), part))
+        })
     }
 
     /// The session from the first fix within the motion on, for a recording that is whole and
@@ -283,8 +302,8 @@ impl Record {
             let remedy = "give at least one second of samples";
             return Err(self.complain("samples", "are fewer than two", remedy));
         }
-        let step = median_step(&self.time);
-        let gaps = gaps::gaps(&self.time, self.kind, step);
+        let pace = Pace::of(&self.time);
+        let (step, gaps) = (pace.step, gaps::gaps(&self.time, self.kind, &pace));
         let long = gaps::long(&gaps, self.kind, step, self.max_gap_s);
         let motion = match self.kind {
             Kind::Rate => MotionIntegral::of_rates(&self.time, &self.samples),
@@ -311,7 +330,7 @@ impl Record {
             rate_hz: self.rate_hz,
             fixes: &self.fixes,
             reference,
-            lever_arm: self.lever_arm_m.into(),
+            lever_arm: self.lever_arm_m.unwrap_or_default().into(),
             at_antenna: truth.is_none(),
             attitude: self.initial_attitude,
             gaps: long.clone(),
@@ -325,7 +344,7 @@ impl Record {
         let short = gaps.len() - long.len();
         if short > 0 {
             let bridged = gaps.iter().filter(|gap| !long.contains(gap));
-            let longest = bridged.map(gaps::Gap::length).fold(0.0, f64::max);
+            let longest = bridged.map(|gap| gap.length).fold(0.0, f64::max);
             let note = format!(
                 "{} of samples, of at most {longest:.3} s, {} bridged.",
                 counted(short, "gap"),
@@ -333,6 +352,7 @@ impl Record {
             );
             prepared.notes.insert(0, note);
         }
+        prepared.notes.extend(self.contradiction(&pace, &long));
         let outside = self.fixes_outside();
         if outside > 0 {
             let all = self.fixes.len();
@@ -346,6 +366,22 @@ impl Record {
         prepared.notes.extend(self.notes.iter().cloned());
         self.check()?;
         Ok(prepared)
+    }
+
+    /// A note where the samples over the whole time are others than the rate says, without long
+    /// gaps.
+    fn contradiction(&self, pace: &Pace, long: &[gaps::Gap]) -> Option<String> {
+        let ends = self.time.end().zip(self.time.start());
+        let seconds = ends.map_or(f64::NAN, |(end, start)| end - start);
+        let lost: f64 = long.iter().map(|gap| gap.length).sum();
+        let rate = (self.time.len() as f64 - 1.0) / (seconds - lost);
+        ((rate * pace.step - 1.0).abs() > CONTRADICTS).then(|| {
+            format!(
+                "There are {rate:.1} samples a second, and their steps say {:.1}: samples are \
+                 missing, or the time stamps are rounded (then write them with more digits).",
+                1.0 / pace.step
+            )
+        })
     }
 
     fn complain(&self, key: &str, problem: &str, remedy: &str) -> Error {
@@ -364,7 +400,7 @@ impl Record {
         let start = self.time.start().unwrap_or_default();
         let start = match self.kind {
             Kind::Rate => start,
-            Kind::Increment => start - median_step(&self.time),
+            Kind::Increment => start - Pace::of(&self.time).step,
         };
         match self.fixes[..] {
             [] | [_] => start,

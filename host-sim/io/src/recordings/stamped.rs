@@ -2,7 +2,8 @@
 //! messages.
 
 use crate::recordings::nowhere::{LeftOut, is_nowhere};
-use crate::recordings::record::{Kind, Record, TimedFix, median_step};
+use crate::recordings::pace::Pace;
+use crate::recordings::record::{Kind, Record, TimedFix};
 use crate::recordings::session::complain;
 use host_core::error::Error;
 use host_core::inertial::sins::Increment;
@@ -164,7 +165,7 @@ impl Samples {
             ));
         };
         let time = self.time.finish()?;
-        let step = median_step(&time);
+        let step = Pace::of(&time).step;
         let rate_hz = (1.0 / step).round();
         if !(4.0..=8000.0).contains(&rate_hz) {
             let problem = format!(

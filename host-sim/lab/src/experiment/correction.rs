@@ -16,7 +16,8 @@ use host_core::inertial::session::EPOCH_S;
 use host_core::inertial::sins::Increment;
 use host_estimation::learning::baseline::LinearModel;
 use host_io::recordings::gaps::{gaps, pairs};
-use host_io::recordings::record::{Kind, Record, median_step};
+use host_io::recordings::pace::Pace;
+use host_io::recordings::record::{Kind, Record};
 use nalgebra::Vector3;
 
 /// Schemes whose corrections can be written.
@@ -85,8 +86,8 @@ const SAME_S: f64 = 1e-6;
 
 /// Durations of the increments, s.
 fn lengths(record: &Record) -> Vec<f64> {
-    let step = median_step(&record.time);
-    let gaps = gaps(&record.time, record.kind, step);
+    let pace = Pace::of(&record.time);
+    let (step, gaps) = (pace.step, gaps(&record.time, record.kind, &pace));
     let mut gaps = gaps.iter().map(|gap| gap.next).peekable();
     let length = |(k, [before, now]): (usize, [f64; 2])| match gaps.next_if_eq(&(k + 1)) {
         Some(_) => step,

@@ -74,8 +74,8 @@
 //! the IMU and lasts whole seconds. A fix keeps its own time and accuracy, and may lack values.
 //! Rates are integrated by the trapezoidal rule with their time stamps. An increment ends at its
 //! time. Short gaps of samples are bridged, long ones interrupt navigation
-//! ([`crate::recordings::gaps`]). The sample rate of the session is the reciprocal of the median
-//! step, to the nearest whole number. Counts have the value
+//! ([`crate::recordings::gaps`]). The sample rate of the session is that of the time stamps
+//! ([`crate::recordings::pace`]), to the nearest whole number. Counts have the value
 //! [`host_core::inertial::counts::FINE_LSB`].
 
 mod fixes;
@@ -136,7 +136,7 @@ pub fn read_with_truth(
             let problem = format!("is {arm:?}");
             return Err(read.bad("gnss.lever_arm_m", problem, "give metres, -100 to 100"));
         }
-        record.lever_arm_m = arm;
+        record.lever_arm_m = Some(arm);
     }
     match offset(&read)? {
         Some(Offset::Word(_)) => record.estimates_offset = true,
@@ -180,9 +180,7 @@ pub fn samples(header: &Path, files: &[PathBuf], truth: Option<&Path>) -> Result
     };
     let truth = truth::named(&read, Some(offset_s), &mut record.notes)?;
     record.truth = truth.map(|track| track.shifted(offset_s));
-    if let Some(arm) = read.header.gnss.and_then(|gnss| gnss.lever_arm_m) {
-        record.lever_arm_m = arm;
-    }
+    record.lever_arm_m = read.header.gnss.and_then(|gnss| gnss.lever_arm_m);
     Ok(record)
 }
 

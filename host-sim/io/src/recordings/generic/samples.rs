@@ -4,7 +4,8 @@ use super::header::{ACCEL, GYRO, TIME};
 use super::read::OpenedHeader;
 use super::{Described, File};
 use crate::recordings::corrected::{SampleColumns, Text};
-use crate::recordings::record::{Kind, Record, median_step};
+use crate::recordings::pace::Pace;
+use crate::recordings::record::{Kind, Record};
 use crate::recordings::week::Unwrapped;
 use host_core::error::Error;
 use host_core::inertial::sins::Increment;
@@ -68,7 +69,7 @@ pub(super) fn motion(read: &OpenedHeader) -> Result<Record, Error> {
         let remedy = "give a file with a number in each column of the samples";
         return Err(read.bad("imu.file", problem, remedy));
     }
-    let step = median_step(&time);
+    let step = Pace::of(&time).step;
     let rate_hz = (1.0 / step).round();
     if !(4.0..=8000.0).contains(&rate_hz) {
         let problem = format!("has a median step of {step} s");

@@ -299,7 +299,7 @@ fn fixes_move_by_the_given_offset() {
     let record = read(&folder.header(), &[]).unwrap();
     assert!((record.fixes[0].time - 1003.0).abs() < 1e-9);
     assert_eq!(record.given_offset_s, Some(2.5));
-    assert_eq!(record.lever_arm_m, [1.0, -0.5, -2.0]);
+    assert_eq!(record.lever_arm_m, Some([1.0, -0.5, -2.0]));
     assert!(record.fixes[0].has(3..5) && !record.fixes[0].has(5..6));
     assert_eq!(record.fixes[0].velocity[1], 20.0);
     let s = record.session().unwrap();

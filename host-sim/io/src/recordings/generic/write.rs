@@ -147,6 +147,12 @@ latitude = { column = "lat_deg", unit = "deg" }
 longitude = { column = "lon_deg", unit = "deg" }
 height = { column = "height_m", unit = "m" }
 "#;
+        if let Some(arm) = record.lever_arm_m {
+            text += &format!("lever_arm_m = {arm:?}\n");
+        }
+        if record.estimates_offset {
+            text += "time_offset_s = \"estimate\"\n";
+        }
         text += &format!("position_sigma = {}\n", names(&SIGMA));
         if has_velocities(record) {
             let (velocity, sigma) = (names(&VELOCITY), names(&SIGMA_V));
@@ -166,15 +172,19 @@ speed = { column = "speed_mps", unit = "m/s" }
 "#;
     }
     text += "\n[start]\n";
-    text += &match record.initial_attitude {
-        Some(InitialAttitude::Standstill(s)) => format!("standstill_s = {s}\n"),
-        Some(InitialAttitude::Known(q)) => {
+    text += &match (record.initial_attitude, record.rough_heading) {
+        (Some(InitialAttitude::Standstill(s)), _) => format!("standstill_s = {s}\n"),
+        (Some(InitialAttitude::Known(q)), _) => {
             let (roll, pitch, heading) = to_euler(&q);
             let [roll, pitch, heading] = [roll, pitch, heading].map(|a| a / DEG);
             format!("roll_deg = {roll}\npitch_deg = {pitch}\nheading_deg = {heading}\n")
         }
-        None => "# the attitude is found in motion; else standstill_s, or roll_deg, pitch_deg and \
-             heading_deg at the first fix\n"
+        (None, Some(rough)) => {
+            let [heading, sigma] = rough.map(|a| a / DEG);
+            format!("heading_deg = {heading}\nheading_sigma_deg = {sigma}\n")
+        }
+        (None, None) => "# the attitude is found in motion; else standstill_s, or roll_deg, \
+                         pitch_deg and heading_deg at the first fix\n"
             .to_owned(),
     };
     if let [site] = record.fixes[..] {
@@ -322,6 +332,33 @@ mod tests {
             error.contains("unit.toml:") && error.contains("'axel'"),
             "{error}"
         );
+    }
+
+    #[test]
+    fn the_header_states_lever_arm_offset_and_rough_heading() {
+        let dir = tempfile::tempdir().unwrap();
+        let header = dir.path().join("header.toml");
+        let degree = std::f64::consts::PI / 180.0;
+        for (arm, estimates) in [
+            (None, true),
+            (Some([0.0; 3]), false),
+            (Some([2.0, -1.0, -1.5]), true),
+        ] {
+            let first = Record {
+                lever_arm_m: arm,
+                estimates_offset: estimates,
+                initial_attitude: None,
+                rough_heading: Some([40.0 * degree, 5.0 * degree]),
+                ..record(true)
+            };
+            write(&first, None, dir.path()).unwrap();
+            let back = read(&header, &[]).unwrap();
+            assert_eq!((back.lever_arm_m, back.estimates_offset), (arm, estimates));
+            let [heading, sigma] = back.rough_heading.unwrap();
+            assert!(
+                (heading - 40.0 * degree).abs() < 1e-12 && (sigma - 5.0 * degree).abs() < 1e-12
+            );
+        }
     }
 
     #[test]

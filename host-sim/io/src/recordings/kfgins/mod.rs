@@ -27,7 +27,8 @@ use crate::output::write_atomic;
 use crate::recordings::WEEK_S;
 use crate::recordings::columns::{IMU, POSITION, VELOCITY};
 use crate::recordings::corrected::{SampleColumns, Text, shortest};
-use crate::recordings::record::{Kind, Record, median_step};
+use crate::recordings::pace::Pace;
+use crate::recordings::record::{Kind, Record};
 use crate::recordings::session::InitialAttitude;
 use crate::recordings::table::{Layout, Separator, Source, Table};
 use crate::recordings::track::Track;
@@ -115,7 +116,7 @@ pub fn samples(imu: &Path) -> Result<Record, Error> {
         });
     }
     let time: List<f64> = time.into();
-    let step = median_step(&time);
+    let step = Pace::of(&time).step;
     let rate_hz = (1.0 / step).round();
     if !(4.0..=8000.0).contains(&rate_hz) {
         return Err(table.complain(

@@ -53,6 +53,90 @@ fn a_gap_of_rates_stays_a_gap_of_increments() {
     assert!(whole.written_increments().eq(whole.increments()));
 }
 
+/// Ten minutes at rest under 9.8 m/s2, in samples whose stamps have so many decimals. Every
+/// hundredth sample is missing if `loses`.
+fn at_rest(kind: Kind, rate: f64, decimals: usize, loses: bool) -> Record {
+    let kept = (1..=(600.0 * rate) as usize).filter(|k| !loses || k % 100 != 50);
+    let stamp = |k| format!("{:.decimals$}", k as f64 / rate).parse::<f64>();
+    let time: Vec<f64> = kept.map(|k| stamp(k).unwrap()).collect();
+    let each = match kind {
+        Kind::Rate => 1.0,
+        Kind::Increment => 1.0 / rate,
+    };
+    let sample = Increment {
+        dtheta: Vector3::new(0.0, 0.0, 0.002 * each),
+        dv: Vector3::new(0.0, 0.0, -9.8 * each),
+    };
+    let mut record = record(kind, None);
+    record.samples = time.iter().map(|_| sample).collect();
+    record.time = time.into();
+    record.rate_hz = rate as usize;
+    record.fixes = (1..=599)
+        .map(|k| TimedFix {
+            time: f64::from(k),
+            ..record.fixes[1]
+        })
+        .collect();
+    record
+}
+
+/// The mean rate and force of a session.
+fn means(record: &Record) -> [f64; 2] {
+    let session = record.prepare().unwrap().session;
+    let seconds = session.epochs() as f64;
+    let sums = session
+        .increments()
+        .into_iter()
+        .fold([0.0; 2], |[turn, speed], i| {
+            [turn + i.dtheta.z, speed + i.dv.z]
+        });
+    sums.map(|sum| sum / seconds)
+}
+
+/// Whatever the rounding of the stamps, and whatever is missing, the motion is that of the vehicle.
+#[test]
+fn rounded_stamps_and_missing_samples_add_no_motion() {
+    for (rate, decimals) in [(800.0, 3), (75.0, 2), (700.0, 3), (400.0, 3), (100.0, 2)] {
+        for (kind, loses) in [
+            (Kind::Increment, false),
+            (Kind::Increment, true),
+            (Kind::Rate, false),
+            (Kind::Rate, true),
+        ] {
+            let [turn, force] = means(&at_rest(kind, rate, decimals, loses));
+            let what = format!("{rate} Hz, {kind:?}, {loses}: {turn} rad/s, {force} m/s2");
+            assert!((turn / 0.002 - 1.0).abs() < 1e-4, "{what}");
+            assert!((force / -9.8 - 1.0).abs() < 1e-4, "{what}");
+        }
+    }
+}
+
+/// Written as increments, a missing rate leaves increments of the usual length, so that a reader
+/// bridges nothing again.
+#[test]
+fn a_short_gap_of_rates_becomes_increments_of_the_usual_length() {
+    let rates = at_rest(Kind::Rate, 100.0, 3, true);
+    let (time, samples): (Vec<_>, Vec<_>) = rates.written_increments().unzip();
+    assert_eq!(time.len(), 59_999);
+    assert!(
+        time.windows(2)
+            .all(|pair| (pair[1] - pair[0] - 0.01).abs() < 1e-9)
+    );
+    let written = Record {
+        time: time.into(),
+        samples: samples.into(),
+        kind: Kind::Increment,
+        ..rates
+    };
+    let [turn, force] = means(&written);
+    assert!((turn / 0.002 - 1.0).abs() < 1e-9 && (force / -9.8 - 1.0).abs() < 1e-9);
+    let notes = written.prepare().unwrap().notes;
+    assert!(
+        notes.iter().all(|note| !note.contains("bridged")),
+        "{notes:?}"
+    );
+}
+
 #[test]
 fn a_velocity_that_was_not_measured_has_no_weight() {
     let without = record(Kind::Rate, None).session().unwrap();

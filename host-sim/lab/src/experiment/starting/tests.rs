@@ -238,7 +238,7 @@ fn a_lever_arm_of_two_metres() {
                 *speed += v[axis];
             }
         }
-        record.lever_arm_m = arm.into();
+        record.lever_arm_m = Some(arm.into());
     });
 }
 
