@@ -5,11 +5,10 @@ use host_core::error::Error;
 use host_core::inertial::earth::{Geodetic, Local};
 use host_core::inertial::sins::Increment;
 use host_core::list::{IN_MEMORY, List};
-use host_io::recordings::record::{Kind as Samples, Record, median_step};
+use host_io::recordings::gaps::gaps;
+use host_io::recordings::pace::{Pace, nearly_whole};
+use host_io::recordings::record::{Kind as Samples, Record};
 use nalgebra::Vector3;
-
-/// A step that departs from the usual one by more than this share is a gap.
-const GAP: f64 = 0.5;
 
 /// A recording of one power-on, or a part of one.
 #[derive(Debug, Clone)]
@@ -57,19 +56,20 @@ impl Log {
     /// The samples of a recording.
     #[must_use]
     pub fn of_record(record: &Record) -> Self {
-        let step = median_step(&record.time);
+        let time = &record.time;
+        let gaps = gaps(time, record.kind, &Pace::of(time));
+        let mut begins: Vec<(usize, f64)> = time.start().map(|t| (0, t)).into_iter().collect();
+        let at = |k: usize| time.block(k..k + 1).first().copied().unwrap_or_default();
+        begins.extend(gaps.iter().map(|gap| (gap.next, at(gap.next))));
+        // between the gaps
+        let ends = time.end().zip(time.start());
+        let all = ends.map_or(f64::NAN, |(end, start)| end - start);
+        let across = gaps.iter().map(|gap| at(gap.next) - gap.from);
+        let step = (all - across.sum::<f64>()) / (time.len() as f64 - begins.len() as f64);
         let scale = match record.kind {
             Samples::Increment => 1.0,
             Samples::Rate => step,
         };
-        let mut begins = Vec::new();
-        let mut before = f64::NEG_INFINITY;
-        for (k, t) in record.time.each().enumerate() {
-            if k == 0 || (t - before - step).abs() > GAP * step {
-                begins.push((k, t));
-            }
-            before = t;
-        }
         let each = record.samples.each();
         let scaled = each.map(|sample| Increment {
             dtheta: sample.dtheta * scale,
@@ -170,13 +170,5 @@ pub fn gravity(site: Option<&Geodetic>) -> [f64; 2] {
             let [least, most] = EVERYWHERE;
             [0.5 * (least + most), (most - least) / 12.0_f64.sqrt()]
         }
-    }
-}
-
-/// Times in files are rounded: 200.0000003 Hz is 200 Hz.
-fn nearly_whole(rate: f64) -> f64 {
-    match (rate - rate.round()).abs() < 1e-4 * rate {
-        true => rate.round(),
-        false => rate,
     }
 }

@@ -48,6 +48,34 @@ fn tilt(rate: f64) -> impl Fn(usize) -> Increment {
     }
 }
 
+/// The rate of a log is that of its samples, also where stamps of 1 ms show steps of 2 and 3 ms, and
+/// where a part is missing.
+#[test]
+fn the_rate_of_a_log_is_that_of_its_samples() {
+    use host_io::recordings::record::{Kind, Record};
+    for (rate, decimals) in [(400.0, 3), (800.0, 3), (100.0, 2)] {
+        let kept = (1..40_000).filter(|k| !(20_000..25_000).contains(k));
+        let stamp = |k| format!("{:.decimals$}", f64::from(k) / rate);
+        let time: Vec<f64> = kept.map(|k| stamp(k).parse().unwrap()).collect();
+        let sample = Increment {
+            dtheta: Vector3::z() * 0.5,
+            dv: Vector3::z() * -9.8,
+        };
+        let record = Record {
+            samples: time.iter().map(|_| sample).collect(),
+            time: time.into(),
+            kind: Kind::Rate,
+            ..Record::default()
+        };
+        let log = Log::of_record(&record);
+        assert!((log.rate_hz / rate - 1.0).abs() < 1e-9, "{}", log.rate_hz);
+        let begins: Vec<usize> = log.begins.iter().map(|(k, _)| *k).collect();
+        assert_eq!(begins, [0, 19_999], "{rate}");
+        let force = log.samples.start().unwrap().dv.z * rate;
+        assert!((force / -9.8 - 1.0).abs() < 1e-4, "{force}");
+    }
+}
+
 #[test]
 fn all_of_a_quiet_log_is_at_rest_whatever_the_sensor() {
     for preset in host_unit::presets::names() {
