@@ -56,7 +56,7 @@ impl Motion {
             gaps: gaps.collect(),
             differences,
             integrals,
-            ahead_m: record.lever_arm_m[0],
+            ahead_m: record.lever_arm_m.map_or(0.0, |[ahead, ..]| ahead),
         })
     }
 

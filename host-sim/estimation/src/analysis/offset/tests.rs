@@ -144,7 +144,7 @@ fn brisk(period_s: f64, arm_m: f64) -> Record {
     let speed = |t: f64| 19.0 + 3.0 * (t / 7.0).sin() - 5.0 * corner(t + 1.0).1;
     let mut record = Record {
         rate_hz: 100,
-        lever_arm_m: [arm_m, 0.0, 0.0],
+        lever_arm_m: Some([arm_m, 0.0, 0.0]),
         ..Record::default()
     };
     let (mut heading, mut due) = (0.3, 0.0);
