@@ -204,10 +204,8 @@ fn an_update_is_tried_confirmed_and_followed_by_the_next() {
         let image = image(free, 1000 + usize::from(n), n);
         let mut updater = updater(&chip, runs);
         assert_eq!(updater.report().slot, PLACES.address(free));
-        assert_eq!(
-            update(&mut updater, &signed(&stated(free, &image)), &image),
-            Ok(())
-        );
+        let header = signed(&stated(free, &image));
+        assert_eq!(update(&mut updater, &header, &image), Ok(()));
         assert_eq!(updater.report().step, Step::Ready);
         chip = updater.into_inner();
         assert_eq!(starts(&mut chip), Some(free));
@@ -226,10 +224,8 @@ fn an_update_is_tried_confirmed_and_followed_by_the_next() {
         }
         chip = updater.into_inner();
         assert_eq!(starts(&mut chip), Some(free));
-        assert_eq!(
-            self::updater(&chip, free).report().running,
-            Running::Confirmed
-        );
+        let report = *self::updater(&chip, free).report();
+        assert_eq!(report.running, Running::Confirmed);
         runs = free;
     }
     assert!(chip.bytes[STORE].iter().all(|byte| *byte == 0x5C));
@@ -246,11 +242,8 @@ fn without_a_confirmation_the_one_before_comes_back_and_a_new_one_may_follow() {
         chip = updater.into_inner();
         assert_eq!([starts(&mut chip), starts(&mut chip)], [Some(1), Some(0)]);
         assert_eq!(starts(&mut chip), Some(0));
-        assert_eq!(
-            self::updater(&chip, 0).report().failed,
-            Some(FIRMWARE),
-            "said"
-        );
+        let failed = self::updater(&chip, 0).report().failed;
+        assert_eq!(failed, Some(FIRMWARE), "said");
     }
 }
 
@@ -262,10 +255,8 @@ fn what_was_replaced_is_not_started() {
     let mut updater = updater(&chip, 0);
     update(&mut updater, &headers[0], &images[0]).expect("taken");
     let (header, older) = (headers[1], false);
-    assert_eq!(
-        updater.carry_out(&Order::Begin { header, older }).done,
-        Ok(())
-    );
+    let begun = updater.carry_out(&Order::Begin { header, older });
+    assert_eq!(begun.done, Ok(()));
     chip = updater.into_inner();
     assert_eq!(starts(&mut chip), Some(0));
     let mut updater = self::updater(&chip, 0);

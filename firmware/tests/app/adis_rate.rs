@@ -99,8 +99,9 @@ fn another_rate_sets_the_sensor_again() {
     }
 }
 
-/// Sends bursts `hz` times a second, of which the last bytes are damaged if so said. Gives after how
-/// many milliseconds the board was told to set the sensor up again, and how many bytes have left.
+/// Sends bursts `hz` times a second, of which the last bytes are damaged if so said. Gives after
+/// how many milliseconds the board was told to set the sensor up again, and how many bytes have
+/// left.
 fn bursts(
     device: &mut Device,
     model: Model,

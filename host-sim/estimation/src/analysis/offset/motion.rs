@@ -100,9 +100,9 @@ impl Motion {
 }
 
 /// Rotation about down, rad, and velocity gained ahead, m/s. Down is where the mean specific force
-/// of some seconds points from, less what holds the vehicle in its curve at these speeds (times, s,
-/// and m/s): in a brisk corner that is half of gravity, and would pass for a roll that turns the yaw
-/// into a pitch. Ahead is the vehicle's x axis, and its pitch that by the gyros.
+/// of some seconds points from, less what holds the vehicle in its curve at these speeds (times,
+/// s, and m/s): in a brisk corner that is half of gravity, and would pass for a roll that turns
+/// the yaw into a pitch. Ahead is the vehicle's x axis, and its pitch that by the gyros.
 ///
 /// The search accesses them at random hundreds of times, so they are in memory: 24 bytes a sample.
 fn integrals(record: &Record, speeds: &[[f64; 2]]) -> Option<[Integral; 2]> {

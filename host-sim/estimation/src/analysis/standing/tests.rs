@@ -48,8 +48,8 @@ fn tilt(rate: f64) -> impl Fn(usize) -> Increment {
     }
 }
 
-/// The rate of a log is that of its samples, also where stamps of 1 ms show steps of 2 and 3 ms, and
-/// where a part is missing.
+/// The rate of a log is that of its samples, also where stamps of 1 ms show steps of 2 and 3 ms,
+/// and where a part is missing.
 #[test]
 fn the_rate_of_a_log_is_that_of_its_samples() {
     use host_io::recordings::record::{Kind, Record};

@@ -4,8 +4,8 @@ use super::Row;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The rows of a phase that can be compared: at each horizon those of the sessions in which every
-/// scheme has one. So all medians are over the same sessions, though a filter with a memory has none
-/// before its first. A scheme that is missing in more than half of the sessions (a rest where
+/// scheme has one. So all medians are over the same sessions, though a filter with a memory has
+/// none before its first. A scheme that is missing in more than half of the sessions (a rest where
 /// nothing rests) takes no part.
 #[must_use]
 pub fn shared<'a>(rows: &[&'a Row]) -> Vec<&'a Row> {
