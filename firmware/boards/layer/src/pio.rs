@@ -20,6 +20,7 @@ pub const FIXED: Clock = Clock {
     hz: BAUD,
     least: 1,
     most: 1,
+    listed: &[],
 };
 
 static ABOVE: InterruptExecutor = InterruptExecutor::new();

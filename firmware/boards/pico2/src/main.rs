@@ -34,6 +34,7 @@ const UART: Clock = Clock {
     hz: 600_000_000,
     least: 64,
     most: 64 * 65_535,
+    listed: &[],
 };
 layer::main!(frame_path, embassy_rp, SWI_IRQ_1, P3);
 

@@ -1,10 +1,12 @@
 //! The part of a recording in which the sensors are at rest, for the Allan analysis.
 
 use host_core::error::Error;
-use host_core::list::{Writer, median};
+use host_core::list::Writer;
 use host_estimation::analysis::allan::{Column, Kind};
 use host_io::recordings::InitialAttitude;
 use host_io::recordings::columns::IMU;
+use host_io::recordings::gaps::gaps;
+use host_io::recordings::pace::{Pace, nearly_whole};
 use host_io::recordings::record::{Kind as Samples, Record};
 use host_report::unit::PartResult;
 
@@ -16,8 +18,6 @@ const LEAST_S: f64 = 60.0;
 /// standard deviations.
 const APART_M: f64 = 5.0;
 const SIGMAS: f64 = 6.0;
-/// A step that departs from the usual one by more than this share is a gap.
-const GAP: f64 = 0.5;
 
 /// Sensors at rest.
 #[derive(Debug)]
@@ -56,31 +56,32 @@ fn within(
     record: &Record,
     (begin, end, what): (f64, f64, &'static str),
 ) -> Result<PartResult<Rest>, Error> {
-    let step = median(|| {
-        let later = record.time.each().skip(1);
-        record.time.each().zip(later).map(|(a, b)| b - a)
-    });
+    let pace = Pace::of(&record.time);
+    let gaps = gaps(&record.time, record.kind, &pace);
+    let mut gaps = gaps.iter().peekable();
     let within = |t: f64| t > begin && t <= end;
-    let mut before = None;
-    let mut columns: Vec<Column> = columns(record);
-    let (mut gap, mut first, mut last) = (None, None, begin);
-    for (t, sample) in record.time.each().zip(record.samples.each()) {
+    let mut columns: Vec<Column> = columns();
+    let (mut gap, mut first, mut last, mut count) = (None, None, begin, 0.0);
+    let samples = record.time.each().zip(record.samples.each());
+    for (k, (t, sample)) in samples.enumerate() {
+        let after_gap = gaps.next_if(|gap| gap.next == k).is_some();
         if !within(t) {
             continue;
         }
-        if before.is_some_and(|b: f64| (t - b - step).abs() > GAP * step) {
-            gap = before;
+        if after_gap && first.is_some() {
+            gap = Some(last);
             break;
         }
-        before = Some(t);
         first.get_or_insert(t);
         last = t;
+        count += 1.0;
         let values = sample.dtheta.iter().chain(sample.dv.iter());
         for (column, value) in columns.iter_mut().zip(values) {
             column.values.push(*value)?;
         }
     }
-    let length = last - first.unwrap_or(last) + step;
+    let spanned = last - first.unwrap_or(last);
+    let length = spanned + pace.step;
     if length < LEAST_S {
         let why = match gap {
             Some(t) => {
@@ -91,6 +92,14 @@ fn within(
         return Ok(Err(format!(
             "the rest is too short for an analysis: {why}; {LEAST_S} s are needed, hours are better"
         )));
+    }
+    let rate_hz = nearly_whole((count - 1.0) / spanned);
+    for column in &mut columns {
+        column.rate_hz = rate_hz;
+        column.scale = match record.kind {
+            Samples::Increment => 1.0,
+            Samples::Rate => 1.0 / rate_hz,
+        };
     }
     let mut notes = vec![];
     if let Some(t) = gap {
@@ -105,18 +114,15 @@ fn within(
     }))
 }
 
-fn columns(record: &Record) -> Vec<Column> {
-    let rate_hz = record.rate_hz as f64;
+/// The six columns without values, whose rate is not known yet.
+fn columns() -> Vec<Column> {
     let names = IMU[1..].iter().enumerate();
     names
         .map(|(i, name)| Column {
             name: (*name).to_owned(),
             kind: if i < 3 { Kind::Gyro } else { Kind::Accel },
-            rate_hz,
-            scale: match record.kind {
-                Samples::Increment => 1.0,
-                Samples::Rate => 1.0 / rate_hz,
-            },
+            rate_hz: f64::NAN,
+            scale: f64::NAN,
             values: Writer::new(IN_MEMORY),
         })
         .collect()
@@ -153,4 +159,39 @@ fn stands(record: &Record) -> bool {
         });
         apart.x.hypot(apart.y) <= APART_M.max(1.5 * SIGMAS * sigma) && !fast
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use host_core::inertial::sins::Increment;
+
+    /// Two minutes at 400 Hz whose stamps have three decimals: steps of 2 and 3 ms.
+    #[test]
+    fn the_rate_is_that_of_the_samples() {
+        let stamps: Vec<f64> = (1..=48_000_u32)
+            .map(|k| (f64::from(k) * 2.5).floor() * 1e-3)
+            .collect();
+        let mut record = Record::default();
+        for kind in [Samples::Increment, Samples::Rate] {
+            record.kind = kind;
+            record.samples.edit(|all| {
+                *all = vec![Increment::default(); stamps.len()];
+            });
+            record.time.edit(|all| all.clone_from(&stamps));
+            let rest = throughout(&record).unwrap().unwrap();
+            assert!(rest.notes.is_empty(), "{:?}", rest.notes);
+            for column in rest.columns {
+                assert!((column.rate_hz - 400.0).abs() < 1e-9, "{}", column.rate_hz);
+            }
+        }
+        // a second is missing after the first 100: the part before it is analysed
+        record.time.edit(|all| {
+            let late = all.iter_mut().skip(40_000);
+            late.for_each(|t| *t += 1.0);
+        });
+        let rest = throughout(&record).unwrap().unwrap();
+        assert_eq!(rest.notes.len(), 1);
+        assert!((rest.columns[0].rate_hz - 400.0).abs() < 0.01);
+    }
 }
