@@ -28,8 +28,8 @@ pub fn text(sessions: &[Judged], start: &str, width: usize) -> String {
     let rows: Vec<&Row> = sessions.iter().flat_map(|of| &of.rows).collect();
     let _ = writeln!(
         out,
-        "\nMedian over the sessions of the median horizontal error, m. {MARK}: the device; sorted by the \
-         last time.\n{start}"
+        "\nMedian over the sessions of the median horizontal error, m; only sessions that all rows \
+         have (last line). {MARK}: the device; sorted by the last time.\n{start}"
     );
     for phase in PHASES {
         if let Some(mut table) = table(&rows, phase) {

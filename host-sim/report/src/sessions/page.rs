@@ -241,8 +241,8 @@ fn part(rows: &[&Row], phase: &str, start: &str) -> Option<Part> {
         }],
         tables: vec![Table {
             caption: Some(
-                "Error, m: median over the sessions of the median of each, over the sessions that \
-                 all schemes have at that time"
+                "Error, m: median over the sessions of the median of each; only sessions that all \
+                 schemes have"
                     .into(),
             ),
             head: head.collect(),
