@@ -31,7 +31,7 @@ pub struct Size {
     /// module. Inlined code counts where it was inlined. Bytes without a symbol (constants merged
     /// by the compiler, alignment) are missing.
     pub modules: BTreeMap<String, [u64; 3]>,
-    /// Semihosting calls: halfwords of code that read as `bkpt 0xab`.
+    /// Semihosting calls: instructions `bkpt 0xab`.
     pub semihosting: usize,
 }
 
@@ -53,8 +53,8 @@ impl Size {
             }
             let loaded = !matches!(section.kind(), SectionKind::UninitializedData);
             if matches!(section.kind(), SectionKind::Text) {
-                let code = section.data()?.chunks_exact(2);
-                size.semihosting += code.filter(|half| *half == [0xab, 0xbe]).count();
+                let marks = marks(&elf);
+                size.semihosting += breakpoints(section.data()?, section.address(), &marks);
             }
             size.flash += if loaded { section.size() } else { 0 };
             match region(section.address()) {
@@ -94,6 +94,43 @@ impl Size {
     }
 }
 
+/// Where code (true) and constants among it begin: the mapping symbols `$t` and `$d` of the Arm ABI,
+/// in order.
+fn marks(elf: &object::File) -> Vec<(u64, bool)> {
+    let mark = |symbol: object::Symbol| {
+        let name = symbol.name().ok()?;
+        let code = name.starts_with("$t");
+        (code || name.starts_with("$d")).then(|| (symbol.address(), code))
+    };
+    let mut marks: Vec<_> = elf.symbols().filter_map(mark).collect();
+    marks.sort_unstable();
+    marks
+}
+
+/// The instructions `bkpt 0xab` of a section. An instruction of 32 bits begins with a halfword from
+/// 0xe800 on (ARMv7-M ARM, A5.1); its second one may read as anything.
+fn breakpoints(section: &[u8], address: u64, marks: &[(u64, bool)]) -> usize {
+    let end = address + section.len() as u64;
+    let mut found = 0;
+    for (index, (from, code)) in marks.iter().enumerate() {
+        let to = marks.get(index + 1).map_or(end, |(next, _)| *next).min(end);
+        if !code || *from < address || *from >= to {
+            continue;
+        }
+        let code = &section[(from - address) as usize..(to - address) as usize];
+        let mut halves = code
+            .chunks_exact(2)
+            .map(|half| u16::from_le_bytes([half[0], half[1]]));
+        while let Some(half) = halves.next() {
+            found += usize::from(half == 0xbeab);
+            if half >= 0xe800 {
+                halves.next();
+            }
+        }
+    }
+    found
+}
+
 /// Memory of an address. 0: flash, 1: core-coupled memory, 2: RAM.
 fn region(address: u64) -> usize {
     let regions = FIRST_ADDRESSES.iter();
@@ -131,6 +168,17 @@ fn begins_panic(symbol: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Code, then constants, then code: the second half of a branch, and a constant, that read as a
+    /// breakpoint are none.
+    #[test]
+    fn breakpoints_are_instructions() {
+        let halves = [0xf000_u16, 0xbeab, 0xbeab, 0x4770, 0xbeab, 0xbeab, 0xf7ff];
+        let bytes: Vec<u8> = halves.iter().flat_map(|half| half.to_le_bytes()).collect();
+        let marks = [(100, true), (108, false), (110, true)];
+        assert_eq!(breakpoints(&bytes, 100, &marks), 2);
+        assert_eq!(breakpoints(&bytes, 100, &[(100, false), (106, true)]), 2);
+    }
 
     #[test]
     fn symbols_belong_to_modules() {
