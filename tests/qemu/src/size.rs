@@ -94,8 +94,8 @@ impl Size {
     }
 }
 
-/// Where code (true) and constants among it begin: the mapping symbols `$t` and `$d` of the Arm ABI,
-/// in order.
+/// Where code (true) and constants among it begin: the mapping symbols `$t` and `$d` of the Arm
+/// ABI, in order.
 fn marks(elf: &object::File) -> Vec<(u64, bool)> {
     let mark = |symbol: object::Symbol| {
         let name = symbol.name().ok()?;
