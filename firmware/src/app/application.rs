@@ -335,7 +335,7 @@ impl<'m> App<'m> {
         let now = clock.now_us();
         self.flow.blackbox.burst(now, reply);
         self.heard(now);
-        self.flow.continuity.now_us = now;
+        self.link.sampled_us = now;
         if self.machine.phase() == Phase::Start {
             self.start(out, now);
         }
@@ -466,7 +466,7 @@ impl<'m> App<'m> {
             return true;
         }
         if core::mem::take(&mut self.upkeep.due) {
-            let (sample, at_us) = (self.flow.sample(), self.flow.continuity.at_us);
+            let (sample, at_us) = (self.flow.sample(), self.link.sampled_us);
             self.flow.clock.sample(sample, at_us);
             self.scrub(&mut lines.navigation, now);
             return true;

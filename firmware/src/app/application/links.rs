@@ -143,7 +143,7 @@ impl App<'_> {
         fix.age = (self.gnss.pulse).age(
             fix.time_ms,
             fix.arrived_us,
-            self.flow.continuity.at_us,
+            self.link.sampled_us,
             configuration,
         );
         self.take_fix(fix);

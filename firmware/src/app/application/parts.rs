@@ -23,6 +23,8 @@ pub(super) struct SensorLink {
     pub(super) taken: u32,
     /// Time of the sensor's last byte, microseconds.
     pub(super) heard_us: u64,
+    /// Time of the last frame's last byte, microseconds: that of the last sample.
+    pub(super) sampled_us: u64,
     /// Since when no frame has come, microseconds, and how many had come until then.
     pub(super) frameless_us: u64,
     pub(super) frames_seen: Count,
@@ -39,6 +41,7 @@ impl SensorLink {
             undetected: 0,
             taken: 0,
             heard_us: 0,
+            sampled_us: 0,
             frameless_us: 0,
             frames_seen: Count::default(),
             service: None,

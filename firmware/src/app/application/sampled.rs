@@ -25,6 +25,7 @@ impl App<'_> {
             Phase::Run(_) => {}
         }
         self.flow.continuity.now_us = now;
+        self.link.sampled_us = now;
         let corrected = self.flow.sampled(reading, stream);
         self.after_frames(&mut NoLine);
         corrected

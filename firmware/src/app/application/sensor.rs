@@ -289,6 +289,7 @@ impl App<'_> {
                 Some(frame) if !self.flow.cuts() => self.flow.usual(frame, out),
                 _ => frame(event, next, out, &mut self.flow),
             }
+            self.link.sampled_us = now;
             self.flow.health.flag(fault::UNKNOWN_FORMAT, false);
         }
         if obeyed {

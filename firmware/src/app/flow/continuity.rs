@@ -23,8 +23,6 @@ pub(in crate::app) struct Continuity {
     pub sample: u64,
     /// Arrival time of the frames that are being read, microseconds.
     pub now_us: u64,
-    /// Arrival time of the last sample, microseconds.
-    pub at_us: u64,
     pub stuck: StuckDetector,
     pub units: Units,
     /// No good sample has come since the sensor's start.
@@ -45,7 +43,6 @@ impl Continuity {
             last: Last::default(),
             sample: u64::MAX,
             now_us: 0,
-            at_us: 0,
             stuck: StuckDetector::default(),
             units: Units::AsConfigured,
             fresh: true,
@@ -60,7 +57,6 @@ impl Continuity {
         *self = Continuity {
             units: self.units,
             fresh: self.fresh,
-            at_us: self.at_us,
             ..Continuity::new()
         };
     }

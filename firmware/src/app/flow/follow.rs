@@ -53,7 +53,6 @@ impl Flow<'_> {
             Some(Gap::None) | None => {}
         }
         self.continuity.skip(1);
-        self.continuity.at_us = self.continuity.now_us;
         if self.corrector.uncounted {
             self.look_for_hole();
         }

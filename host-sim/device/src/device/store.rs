@@ -2,9 +2,14 @@
 
 use super::info::board;
 use super::link::Link;
-use firmware::control::Mode;
+use firmware::control::{Mode, Reason};
 use firmware::wire::command::{Request, fault};
 use host_core::error::Error;
+use std::thread;
+use std::time::Duration;
+
+/// Longest time until a device compares once more what it has stored, ms.
+const COMPARES_MS: u32 = 250;
 
 /// Whether the board can store.
 ///
@@ -31,7 +36,16 @@ pub fn store(link: &mut Link, after: Mode) -> Result<(), Error> {
 /// Waits until the device has stored what it was asked to, and checks that it has: it is busy until
 /// then, and does not store the same again.
 pub(super) fn settled(link: &mut Link) -> Result<(), Error> {
-    link.order(&Request::StoreImage)?;
+    loop {
+        match link.try_order(&Request::StoreImage)? {
+            Ok(()) => break,
+            // it compares no more often than that
+            Err(Reason::Wait(ms)) if ms <= COMPARES_MS => {
+                thread::sleep(Duration::from_millis(ms.into()));
+            }
+            Err(_) => return link.order(&Request::StoreImage), // the refusal in words
+        }
+    }
     if link.health()?.faults & fault::STORE == 0 {
         return Ok(());
     }
