@@ -75,7 +75,7 @@ const PROMISES: &[Promise] = &[
             });
         },
         args: "replay csv --header header.toml --unit tactical --strict",
-        printed: &["-2.0"],
+        printed: &["estimated: -1.99"],
         code: 0,
     },
     Promise {
