@@ -416,7 +416,7 @@ pub const CASES: &[Case] = &[
         args: STRICT,
         printed: &[
             "'gnss.time_offset_s'",
-            "samples and fixes match best at -100.0",
+            "samples and fixes match best at -99.99",
         ],
         result: "warned",
     },
