@@ -95,7 +95,13 @@ macro_rules! form {
                     forward: *const Forward<f32>,
                     last: *const State,
                 ) -> u32;
-                fn $descend(weights: *mut Weights, s3: *const f32, g0: f32, g1: f32, g2: f32) -> u32;
+                fn $descend(
+                    weights: *mut Weights,
+                    s3: *const f32,
+                    g0: f32,
+                    g1: f32,
+                    g2: f32,
+                ) -> u32;
             }
 
             /// `None` when an error or their sum is not finite; the portable step then finds the
