@@ -11,7 +11,11 @@
 //! than 1.5 times as much as in the quietest two seconds so far, or than sway explains. An idling
 //! engine shakes a car less than a road does, whatever the sensor's noise is. An engine that is
 //! started at a standstill shakes more from one moment to the next, while mean rate and force stay:
-//! after two such seconds its level counts as quiet.
+//! after two such seconds its level counts as quiet. It does too where a receiver shows that the
+//! vehicle stands.
+//!
+//! The mean rate of a rest is of its last seconds: of so many that the walk of the biases adds as
+//! much to its error as white noise does.
 //!
 //! Where wheels are reported, only windows in which they stand are looked at, so that the quietest
 //! of them is a rest's. Wheels that stand do not make a rest of what is none: a vehicle on a ferry,
@@ -30,6 +34,8 @@ pub struct Sensors {
     pub noise: [f32; 2],
     /// Standard deviation of the biases, rad/s and m/s2.
     pub bias: [f32; 2],
+    /// Random walk of the gyros' biases, rad/s/sqrt(s).
+    pub walk: f32,
 }
 
 /// Length of a window, s.
@@ -56,6 +62,11 @@ const GATE: f32 = 5.0;
 const BIASES: f32 = 10.0;
 /// Earth rate, rad/s.
 const EARTH: f32 = 7.292e-5;
+/// Least number of windows that a mean rate is of.
+const LEAST_MEAN: f32 = 12.0;
+/// Noise of such a mean in units of what white noise adds: vibration has low frequencies as well
+/// (assumed).
+const COLOURED: f32 = 2.0;
 /// Gravity on Earth from 9 km high at the equator to the pole, m/s2.
 const GRAVITY: [f32; 2] = [9.752, 9.833];
 
@@ -75,8 +86,10 @@ pub struct Standstill {
     known: usize,
     /// Windows in a row of the standstill that were quiet.
     quiet: u32,
-    /// Mean rate of these but the first [`RESTS`] and the last, whose rates wait, the oldest first.
+    /// Mean rate of these but the first [`RESTS`] and the last, whose rates wait, the oldest first:
+    /// of so many windows at most.
     rest: V32,
+    longest: u32,
     pending: [V32; DEPARTS],
     /// The standstill has had a rest.
     rested: bool,
@@ -85,8 +98,9 @@ pub struct Standstill {
     /// Means of the standstill, and the number of its windows.
     mean: [V32; 2],
     windows: u32,
-    /// A receiver has shown a standstill to be one.
+    /// A receiver has shown a standstill to be one, and the present one.
     confirmed: bool,
+    shown: bool,
     /// A standstill has ended since [`Standstill::passes`] was called last.
     broken: bool,
     /// Difference of the last window's force from the mean before it, m/s2.
@@ -118,8 +132,8 @@ struct Window {
 /// A rest in progress.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rest {
-    /// Mean rate of its windows, rad/s, but for the first two seconds, in which a vehicle settles,
-    /// and the last one, in which a departure may have begun.
+    /// Mean rate of its last windows, rad/s, but for the first two seconds, in which a vehicle
+    /// settles, and the last one, in which a departure may have begun.
     pub rate: V32,
     /// Time of that mean, s.
     pub seconds: f32,
@@ -203,12 +217,18 @@ impl Standstill {
             known: 0,
             quiet: 0,
             rest: [0.0; 3],
+            // noise adds noise^2 / T to the variance, the walk walk^2 T / 2
+            longest: (core::f32::consts::SQRT_2 * COLOURED * sensors.noise[0]
+                / sensors.walk
+                / WINDOW_S)
+                .max(LEAST_MEAN) as u32, // `as` saturates
             pending: [[0.0; 3]; DEPARTS],
             rested: false,
             louder: 0,
             mean: [[0.0; 3]; 2],
             windows: 0,
             confirmed: false,
+            shown: false,
             broken: false,
             change: 0.0,
             wheels: Wheels::Unknown,
@@ -291,7 +311,7 @@ impl Standstill {
         if let Some(last) = self.pending.last_mut() {
             *last = rate;
         }
-        let windows = self.windows_of_rest();
+        let windows = self.windows_of_mean();
         if windows == 0 {
             self.rest = [0.0; 3];
             return;
@@ -303,8 +323,9 @@ impl Standstill {
     }
 
     /// Windows in the mean of a rest.
-    fn windows_of_rest(&self) -> u32 {
-        self.quiet.saturating_sub(RESTS + DEPARTS as u32)
+    fn windows_of_mean(&self) -> u32 {
+        let all = self.quiet.saturating_sub(RESTS + DEPARTS as u32);
+        all.min(self.longest)
     }
 
     /// Notes the scatter of a window: whether it is quiet.
@@ -314,11 +335,13 @@ impl Standstill {
             *last = scatter;
         }
         self.known = (self.known + 1).min(LEVELS);
+        if self.known < LEVELS {
+            return true; // nothing to compare with
+        }
         let mut quiet = true;
         for (k, quietest) in self.quietest.iter_mut().enumerate() {
             let all: f32 = self.levels.iter().map(|level| level[k]).sum();
-            let level = all / self.known as f32; // those before the first are 0
-            *quietest = quietest.min(level);
+            *quietest = quietest.min(all / LEVELS as f32);
             quiet &= scatter[k] <= (QUIET * *quietest).max(SWAYS[k]);
         }
         quiet
@@ -326,7 +349,11 @@ impl Standstill {
 
     /// A window of a standstill shakes more: its level counts as quiet when it has lasted.
     fn gets_louder(&mut self) {
-        self.louder = if self.rested { self.louder + 1 } else { 0 };
+        self.louder = if self.rested || self.shown {
+            self.louder + 1
+        } else {
+            0
+        };
         if self.louder >= LEVELS as u32 {
             self.louder = 0;
             let sum = |k: usize| self.levels.iter().map(|level| level[k]).sum::<f32>();
@@ -349,12 +376,12 @@ impl Standstill {
     /// Another source shows that the vehicle moves.
     pub fn moves(&mut self) {
         (self.windows, self.quiet, self.louder) = (0, 0, 0);
-        self.rested = false;
+        (self.rested, self.shown) = (false, false);
     }
 
     /// Another source shows that the vehicle stands, as the detector finds.
     pub fn is_right(&mut self) {
-        self.confirmed = true;
+        (self.confirmed, self.shown) = (true, true);
     }
 
     /// Another source shows that the vehicle is under way. Where no standstill has been confirmed,
@@ -389,7 +416,7 @@ impl Standstill {
         let [.., [scatter, _]] = self.levels;
         (self.quiet >= RESTS).then_some(Rest {
             rate: self.rest,
-            seconds: self.windows_of_rest() as f32 * WINDOW_S,
+            seconds: self.windows_of_mean() as f32 * WINDOW_S,
             stood_s: self.quiet as f32 * WINDOW_S,
             scatter,
         })

@@ -10,6 +10,7 @@ const SAMPLE_S: f64 = 0.01;
 const SENSORS: Sensors = Sensors {
     noise: [1e-6, 1e-4],
     bias: [5e-8, 1e-3],
+    walk: 0.0,
 };
 const LATITUDE: f64 = 0.6;
 const HEIGHT: f64 = 300.0;

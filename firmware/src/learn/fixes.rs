@@ -36,7 +36,7 @@ mod wheels;
 
 use super::Winner;
 use super::antenna::Antenna;
-use super::bank::{Bank, HYPOTHESES, STORED, Scratch, ZERO_CORRECTION};
+use super::bank::{ALL, Bank, HYPOTHESES, STORED, Scratch, ZERO_CORRECTION};
 use super::prior::{NAV, Shapes};
 use super::quantise::split;
 use super::rehearsal::Rehearsal;
@@ -45,7 +45,7 @@ use super::unit::Head;
 use crate::align::Align;
 use crate::inputs::Sources;
 use crate::model::Nets;
-use crate::nav;
+use crate::nav::{self, Transition};
 use crate::sample::{Counts, StreamScale};
 use lrnn_nostd::learn::kalman::Correction;
 
@@ -75,6 +75,16 @@ impl Memory {
     };
 }
 
+/// Index of the heading's error in the order of [`NAV`], and gravity for the doubt of level force,
+/// m/s2.
+const DOWN: usize = 2;
+const GRAVITY: f32 = 9.8;
+/// Level force counts from so much of the variance of its errors on (assumed).
+const SURE: f32 = 6.0;
+/// A heading that is known less well than this is given up when the vehicle turns or brakes, rad:
+/// the errors' dynamics are linear, and an alignment in motion then finds the heading (assumed).
+const MAX_HEADING: f32 = 0.4;
+
 /// Standard deviations of the navigator's errors until the alignment.
 const UNALIGNED: [f32; NAV] = [1.0; NAV];
 
@@ -91,8 +101,10 @@ struct Tally {
     rollbacks: u32,
     /// Fixes that were too old.
     late: u32,
-    /// Alignments in motion that were refused.
+    /// Alignments in motion that were refused, and navigators that were given up.
     alignments: u32,
+    /// Navigators that had lost their way.
+    given_up: u32,
 }
 
 pub use chosen::REFUSED;
@@ -100,6 +112,7 @@ pub use start::Started;
 
 use course::Course;
 use parts::{Choice, FixTimes, Motion, Navigation, Remembered, Samples};
+use start::Verdict;
 
 /// Learns both networks from the receiver's fixes.
 #[derive(Debug)]
@@ -262,6 +275,33 @@ impl<'m> FixLearner<'m> {
         self.put_in_force(ZERO_CORRECTION);
     }
 
+    /// Drops a navigator that has lost its way, and all that this drive has taught. The second time
+    /// the memory of the unit is in doubt too. What acts from power-on takes no further part.
+    fn begin_again(&mut self) {
+        let Some(stream) = self.samples.stream else {
+            return;
+        };
+        let tally = Tally {
+            given_up: self.tally.given_up.saturating_add(1),
+            ..self.tally
+        };
+        self.begin_bank();
+        self.tally = tally;
+        if tally.given_up > 1 {
+            self.remembered.base = Head::NEW;
+        }
+        self.memory.rehearsal.begin();
+        self.begin_from_memory(&stream);
+        self.put_in_force(ZERO_CORRECTION);
+    }
+
+    /// The hypotheses and the antenna begin, with the memory of the unit.
+    fn begin_from_memory(&mut self, stream: &StreamScale) {
+        self.begin_hypotheses(ALL, stream);
+        self.begin_antenna();
+        self.begin_known();
+    }
+
     /// A sample comes to the alignment at standstill.
     fn gather(&mut self, number: u32, counts: &Counts) {
         if self.samples.last.is_none() && self.navigation.align.is_none() {
@@ -282,15 +322,18 @@ impl<'m> FixLearner<'m> {
     /// The interval in progress is over. False: nothing navigates.
     fn interval_is_over(&mut self) -> bool {
         self.memory.antenna.clear();
-        let fails = self.navigation.probation.fails();
+        let verdict = self.navigation.probation.verdict();
         let lost =
             (self.navigation.course.navigator()).is_some_and(|navigator| navigator.faults().lost);
-        if fails {
+        if verdict != Verdict::Good {
             self.tally.alignments = self.tally.alignments.saturating_add(1);
-            self.distrust();
+            match verdict {
+                Verdict::Wrong => self.begin_again(),
+                _ => self.distrust(),
+            }
             return false;
         }
-        if lost {
+        if lost || core::mem::take(&mut self.navigation.astray) {
             self.lose();
             return false;
         }
@@ -319,11 +362,38 @@ impl<'m> FixLearner<'m> {
         for i in 0..3 {
             block.q[i][i] += grown.by_force;
         }
+        self.disbelieve_force(&mut block);
         let [a, b, c] = grown.turn;
         let [d, e, f] = grown.gain;
         self.memory.scratch.in_proportion = [a, b, c, d, e, f, 0.0, 0.0, 0.0];
         self.memory.scratch.block = block;
         true
+    }
+
+    /// An error of the heading shows by the level force alone. On a straight road that force is
+    /// noise and the errors of the tilt, and taken for a true one it would seem to show the heading
+    /// more and more. So it counts in the errors' dynamics as far as it exceeds what may be wrong
+    /// with it (shrinkage by James and Stein, 1961), and the rest as noise.
+    fn disbelieve_force(&mut self, block: &mut Transition) {
+        let bank = &self.memory.bank;
+        let [north, east] = [0, 1].map(|i| GRAVITY * bank.error_sigma(i) * block.time);
+        let white = self.settings.noise.accel;
+        let doubt = SURE * (north * north + east * east + 2.0 * white * white * block.time);
+        let [by_north, by_east] = [block.phi[3][DOWN], block.phi[4][DOWN]];
+        let force = by_north * by_north + by_east * by_east;
+        let believed = if force > doubt {
+            1.0 - doubt / force
+        } else {
+            0.0
+        };
+        let heading = bank.error_sigma(DOWN).min(1.0);
+        self.navigation.astray = heading > MAX_HEADING && believed > 0.5;
+        for (i, by) in [(3, by_north), (4, by_east)] {
+            let left = (1.0 - believed) * by * heading;
+            block.q[i][i] += left * left;
+            block.phi[i][DOWN] *= believed;
+            block.phi[i + 3][DOWN] *= believed;
+        }
     }
 
     /// The correction that was subtracted in the interval.

@@ -58,6 +58,13 @@ impl Datasheet<f32> {
         }
     }
 
+    /// Random walk of a gyro's bias, rad/s/sqrt(s).
+    #[must_use]
+    pub fn gyro_walk(&self) -> f32 {
+        let [gyro, _] = self.walk_per_hour;
+        self.gyro_bias * gyro / 60.0 // the root of an hour
+    }
+
     /// This datasheet in another number type.
     #[must_use]
     pub fn cast<T: Real>(&self) -> Datasheet<T> {

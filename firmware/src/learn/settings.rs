@@ -191,6 +191,7 @@ impl Settings {
         Sensors {
             noise: [self.noise.gyro, self.noise.accel],
             bias: [self.sheet.gyro_bias, self.sheet.accel_bias],
+            walk: self.sheet.gyro_walk(),
         }
     }
 }

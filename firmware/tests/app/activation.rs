@@ -167,6 +167,7 @@ pub fn drive(config: Config, knows: Knows, script: &[(u32, Act)]) -> DriveResult
     let sensors = Sensors {
         noise: [1e-6, 1e-4],
         bias: [1e-7, 1e-3],
+        walk: 0.0,
     };
     let period = 1.0 / f64::from(RATE);
     let mut words_at_rest = AtRest::new(&lsb);

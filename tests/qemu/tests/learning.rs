@@ -201,6 +201,7 @@ fn the_alignment_is_the_desktops() {
     let sensors = Sensors {
         noise: [1.46e-6, 1.96e-4],
         bias: [1.63e-6, 4e-3],
+        walk: 0.0,
     };
     let mut align = Align::new(sensors, session.lsb, session.dt);
     samples.iter().for_each(|sample| align.sample(sample));

@@ -9,6 +9,7 @@ const SAMPLES: u32 = 50;
 const SENSORS: Sensors = Sensors {
     noise: [1e-6, 1e-4],
     bias: [5e-8, 1e-3],
+    walk: 0.0,
 };
 const LEVEL: V32 = [0.0, 0.0, -9.81];
 

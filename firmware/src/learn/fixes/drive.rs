@@ -8,6 +8,7 @@ use crate::fix::{Fix, OBSERVATIONS, Position};
 use crate::learn::prior::Datasheet;
 use crate::learn::{Learner, Settings};
 use crate::model::Nets;
+use crate::nav::earth::wrapped;
 use crate::nav::{self, Noise as SensorNoise};
 use crate::sample::{Counts, Lsb, RawSample};
 use crate::wheels::WheelSpeed;
@@ -230,6 +231,8 @@ pub struct Drive<'m> {
     /// Standard deviation of white noise, rad/sqrt(s) and m/s/sqrt(s), and constant errors, rad/s
     /// and m/s2.
     sensors: [(f64, V); 2],
+    /// Random walk of these errors, rad/s/sqrt(s) and m/s2/sqrt(s).
+    walk: [f64; 2],
     /// Errors in proportion, row by row: of the gyros by rotation and by force, of the
     /// accelerometers by force. Force counts less that of a vehicle at rest in the beginning.
     pub ratios: [[V; 3]; 3],
@@ -298,6 +301,7 @@ impl<'m> Drive<'m> {
                 (f64::from(settings.noise.gyro), biases[0]),
                 (f64::from(settings.noise.accel), biases[1]),
             ],
+            walk: [0.0; 2],
             ratios: [[[0.0; 3]; 3]; 3],
             sheet: [settings.sheet.gyro_bias, settings.sheet.accel_bias].map(f64::from),
             due: [[0.0; 3]; 2],
@@ -308,6 +312,11 @@ impl<'m> Drive<'m> {
             pulse: false,
             wheels: None,
         }
+    }
+
+    /// The biases walk from now on.
+    pub fn walks_as_the_datasheet_says(&mut self) {
+        self.walk = self.sheet.map(|bias| bias * 0.05 / 60.0);
     }
 
     /// Nothing navigates, as at power-on.
@@ -324,6 +333,12 @@ impl<'m> Drive<'m> {
 
     pub fn sample(&mut self) {
         let t = f64::from(self.number) * DT;
+        if self.walk != [0.0; 2] {
+            for (k, walk) in self.walk.into_iter().enumerate() {
+                let step = self.noise.vector(walk * DT.sqrt());
+                self.sensors[k].1 = add(self.sensors[k].1, step);
+            }
+        }
         if self.number.is_multiple_of(HZ / self.receiver.hz) {
             self.measure(t);
         }
@@ -478,6 +493,15 @@ impl<'m> Drive<'m> {
         core::array::from_fn(|i| {
             (f64::from(estimate[i]) - self.sensors[i / 3].1[i % 3]) / sheet[i / 3]
         })
+    }
+
+    /// Error of the learner's heading and what it says of it, rad.
+    pub fn heading(&self) -> Option<[f64; 2]> {
+        let q = self.learner.nav()?.q_bn;
+        let t = f64::from(self.number) * DT;
+        let [_, _, error] = to_vector(product(q, inverse(self.road.attitude(t))));
+        let error = wrapped(error);
+        Some([error, f64::from(self.learner.report().heading_sigma)])
     }
 
     /// Error of the learner's position, m, and of its velocity, m/s.

@@ -5,7 +5,7 @@ use crate::align::Align;
 use crate::compensator::Block;
 use crate::control::{Alignment, Reason};
 use crate::fix::{Fix, Heading};
-use crate::learn::bank::{ALL, STORED, ZERO_CORRECTION};
+use crate::learn::bank::{STORED, ZERO_CORRECTION};
 use crate::learn::prior::Shapes;
 use crate::learn::quantise::{Scale, split};
 use crate::learn::settings::Settings;
@@ -40,9 +40,7 @@ impl Learner for FixLearner<'_> {
         self.begin_stored();
         self.begin_shapes();
         (0..Shapes::<f32>::REACHES).for_each(|reach| self.shapes.reach(reach));
-        self.begin_hypotheses(ALL, &stream);
-        self.begin_antenna();
-        self.begin_known();
+        self.begin_from_memory(&stream);
     }
 
     fn restart(&mut self) {

@@ -40,6 +40,8 @@ pub(super) struct Navigation {
     pub started: Option<Started>,
     /// Probation of a navigator that was aligned in motion.
     pub probation: Probation,
+    /// The heading is too little known for what the vehicle does.
+    pub astray: bool,
 }
 
 impl Navigation {
@@ -49,6 +51,7 @@ impl Navigation {
             align: None,
             started: None,
             probation: Probation::default(),
+            astray: false,
         }
     }
 
@@ -58,6 +61,7 @@ impl Navigation {
         self.align = None;
         self.started = None;
         self.probation = Probation::default();
+        self.astray = false;
     }
 }
 

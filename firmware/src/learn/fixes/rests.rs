@@ -5,8 +5,13 @@
 //! not known of the Earth's rotation in the sensor's axes:
 //!
 //! ```text
-//! variance = noise^2 / T + 2 sway^2 / T^2 + unknown^2
+//! variance = noise^2 / T + walk^2 T / 2 + 2 sway^2 / T^2 + unknown^2
 //! ```
+//!
+//! The bias itself walks. The mean is therefore of the last seconds of the rest only (as many as
+//! make the first two terms equal), and a rest that lasts teaches anew each time that so many have
+//! passed, unless the gyros are known so well that what is not known of the Earth's rotation, which
+//! is the same each time, would count twice.
 //!
 //! While nothing navigates, nothing is known of the Earth's rotation: what a rest teaches then is
 //! no better than that. While the navigator runs, its attitude gives it: with `C_est = (I - phi x)
@@ -14,7 +19,7 @@
 //! the observation, because the attitude of a gyrocompass has errors by the same gyros: what looked
 //! like the Earth's rotation there must not be news here.
 //!
-//! A rest teaches each time that it knows a quarter more. What it has taught already must not count
+//! Before, a rest teaches each time that it knows a quarter more. What it has taught already must not count
 //! twice: with the mean m and the information I = 1 / variance before and now, the news are
 //!
 //! ```text
@@ -66,8 +71,9 @@ pub(super) struct Rests {
     /// Information, s2/rad2, and mean error of the gyros, rad/s.
     information: f32,
     mean: V32,
-    /// Duration, s, and doubt of the mean, rad/s: see [`Resting`].
+    /// Time of the mean and of the rest, s, and doubt of the mean, rad/s: see [`Resting`].
     seconds: f32,
+    stood_s: f32,
     doubt: f32,
     /// Before the first rest: mean and variance of each gyro's error.
     before: Option<[V32; 2]>,
@@ -83,11 +89,12 @@ pub(super) struct Rests {
 struct RestMean {
     /// Errors of the gyros, rad/s.
     mean: V32,
-    /// Variance by noise and sway, and what is not known of the Earth's rotation, rad/s.
+    /// Variance by noise, walk and sway, and what is not known of the Earth's rotation, rad/s.
     noise: f32,
     unknown: f32,
-    /// Time, s.
+    /// Time of the mean, and of the rest, s.
     seconds: f32,
+    stood_s: f32,
 }
 
 /// News of a rest: errors of the gyros, rad/s, and the variance of each.
@@ -113,32 +120,42 @@ impl Rests {
         self.since_fix_s = 0.0;
     }
 
-    /// The rest in progress, less the Earth's rotation as far as it is known.
-    fn rest(&mut self, rest: Option<RestMean>) -> Option<News> {
+    /// The rest in progress, less the Earth's rotation as far as it is known. `known`: standard
+    /// deviation of the gyro's error that is known least, rad/s.
+    fn rest(&mut self, rest: Option<RestMean>, known: f32) -> Option<News> {
         let Some(RestMean {
             mean,
             noise,
             unknown,
             seconds,
+            stood_s,
         }) = rest
         else {
-            (self.information, self.seconds) = (0.0, 0.0);
+            (self.information, self.seconds, self.stood_s) = (0.0, 0.0, 0.0);
             return None;
         };
-        if seconds < self.seconds {
+        if stood_s < self.stood_s {
             self.information = 0.0; // another one
         }
+        // the mean is of a time that has not taught yet
+        let again = stood_s >= self.stood_s + seconds;
+        let before = if again && known * known > 2.0 * unknown * unknown {
+            0.0
+        } else {
+            self.information
+        };
         let information = 1.0 / (noise + unknown * unknown);
-        let more = information - self.information;
-        if !(more > (MORE - 1.0) * self.information && information.is_finite()) {
+        let more = information - before;
+        if !(more > (MORE - 1.0) * before && information.is_finite()) {
             return None;
         }
         if self.information == 0.0 {
             self.number = self.number.saturating_add(1);
         }
-        let news = |i: usize| (information * mean[i] - self.information * self.mean[i]) / more;
+        let news = |i: usize| (information * mean[i] - before * self.mean[i]) / more;
         let errors = core::array::from_fn(news);
-        (self.information, self.mean, self.seconds) = (information, mean, seconds);
+        (self.information, self.mean) = (information, mean);
+        (self.seconds, self.stood_s) = (seconds, stood_s);
         self.doubt = unknown + SURE * libm::sqrtf(noise);
         Some(News {
             errors,
@@ -166,7 +183,9 @@ impl FixLearner<'_> {
             let [sigma, _] = split(&bank.bias_sigma());
             self.motion.rests.before = Some([mean, sigma.map(|sigma| sigma * sigma)]);
         }
-        if let Some(News { errors, variance }) = self.motion.rests.rest(of_gyros) {
+        let [gyros, _] = split(&self.memory.bank.bias_sigma());
+        let known = gyros.into_iter().fold(0.0, f32::max);
+        if let Some(News { errors, variance }) = self.motion.rests.rest(of_gyros, known) {
             let by = self.by_attitude();
             let shown: [Row; 3] = core::array::from_fn(|i| Row {
                 z: errors[i],
@@ -241,11 +260,13 @@ impl FixLearner<'_> {
         let vibration = rest.scatter * rest.scatter / 3.0 * sample_s * COLOUR;
         let noise = (white * white).max(vibration);
         let sway = SWAY / rest.seconds;
+        let walk = self.settings.sheet.gyro_walk();
         RestMean {
             mean: add(rest.rate, scale(earth, -1.0)),
-            noise: noise / rest.seconds + 2.0 * sway * sway,
+            noise: noise / rest.seconds + 0.5 * walk * walk * rest.seconds + 2.0 * sway * sway,
             unknown,
             seconds: rest.seconds,
+            stood_s: rest.stood_s,
         }
     }
 

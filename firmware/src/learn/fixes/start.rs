@@ -7,20 +7,27 @@ use super::take::Fresh;
 use crate::align::MAX_NORTH;
 use crate::align::motion::{BiasObservations, InMotion};
 use crate::control::{HeadingSource, Reason};
-use crate::fix::{Fix, Heading};
+use crate::fix::{Fix, Heading, OBSERVATIONS};
 use crate::learn::Report;
 use crate::learn::prior::NAV;
 use crate::learn::quantise::{Scale, divisor};
 use crate::nav;
-use crate::nav::vector::rotated;
+use crate::nav::vector::{V32, dot, rotated};
 use lrnn_nostd::learn::kalman::{OUTPUTS, Transition};
 
 /// Largest standard deviation of a heading that somebody gives, rad.
 const MAX_GIVEN: f32 = 1.0;
-/// Fixes after an alignment in motion in which it may still turn out to be wrong, and how many of
-/// them are refused in a row when it is.
+/// Seconds with fixes after an alignment in motion in which it may still turn out to be wrong, and
+/// how many of them in a row show that, by a refused fix.
 const PROBATION: u8 = 60;
 const REFUSED: u8 = 5;
+/// Later, a navigator is given up when seconds with refused fixes whose errors are large and point
+/// the same way as before are ahead by so many (assumed). A receiver that is worse than it says
+/// errs in all directions, one that is late errs less, and one that is displaced still measures the
+/// velocity.
+const WRONG: u8 = 60;
+/// Large errors: of the velocity, m/s, and of the position where no velocity is measured, m.
+const LARGE: [f32; 2] = [2.0, 20.0];
 
 /// A start of the navigator.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,39 +75,74 @@ impl Starting {
     }
 }
 
-/// The first fixes after an alignment in motion: they show what it could not see, such as a
-/// receiver that gives east before north.
+/// What fixes show of the navigator: after an alignment in motion, what that could not see, such as
+/// a receiver that gives east before north; later, that it has lost its way.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Probation {
     left: u8,
     refused: u8,
+    /// Errors of the last second's fix, and the balance of [`WRONG`].
+    errors: V32,
+    wrong: u8,
+}
+
+/// Verdict on a navigator.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// It may go on.
+    Good,
+    /// It was aligned wrongly.
+    Misaligned,
+    /// It has lost its way, and what it has learnt is wrong.
+    Wrong,
 }
 
 impl Probation {
     fn begin() -> Probation {
         Probation {
             left: PROBATION,
-            refused: 0,
+            ..Probation::default()
         }
     }
 
-    /// A fix of which a component was `refused`, or not.
-    pub fn fix(&mut self, refused: bool) {
+    /// The first fix of a second: errors of the navigator by it, and its components that were
+    /// `refused`, one bit each.
+    pub fn fix(&mut self, z: &[f32; OBSERVATIONS], measured: &[bool; OBSERVATIONS], refused: u8) {
         self.left = self.left.saturating_sub(1);
-        self.refused = if refused && self.left > 0 {
+        self.refused = if refused != 0 && self.left > 0 {
             self.refused + 1
         } else {
             0
         };
+        let [north, east, down, vn, ve, vd] = *z;
+        let [.., level, _, _] = *measured;
+        let [of_velocity, of_position] = LARGE;
+        let (errors, of, large) = if level {
+            ([vn, ve, vd], refused >> 3, of_velocity)
+        } else {
+            ([north, east, down], refused, of_position)
+        };
+        let errors = core::array::from_fn(|i| if of >> i & 1 == 1 { errors[i] } else { 0.0 });
+        let same = dot(errors, self.errors) > 0.0 && dot(errors, errors) > large * large;
+        self.wrong = if same {
+            self.wrong.saturating_add(1)
+        } else {
+            self.wrong.saturating_sub(1)
+        };
+        self.errors = errors;
     }
 
-    /// Whether it is over with a bad end; once.
-    pub fn fails(&mut self) -> bool {
-        let fails = self.refused >= REFUSED;
-        if fails {
-            *self = Probation::default();
-        }
-        fails
+    /// The verdict; a bad one once.
+    pub fn verdict(&mut self) -> Verdict {
+        let verdict = if self.refused >= REFUSED {
+            Verdict::Misaligned
+        } else if self.wrong >= WRONG {
+            Verdict::Wrong
+        } else {
+            return Verdict::Good;
+        };
+        *self = Probation::default();
+        verdict
     }
 }
 

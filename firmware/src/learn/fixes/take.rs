@@ -108,15 +108,18 @@ impl FixLearner<'_> {
             bank.propagate_covariance(&mut self.memory.scratch);
         }
         rehearsal.fix(&z, &variance);
+        let measured = variance.map(f32::is_finite);
         let (z, variance) = of_antenna.unwrap_or((z, variance));
         self.motion.rests.fix();
-        let refused = bank.fix(&z, &variance, counts) != 0;
+        let refused = bank.fix(&z, &variance, counts);
         if bank.has_equal_scales() {
             bank.give_up_map();
         }
         rehearsal.start(bank);
-        self.tally.refused = self.tally.refused.saturating_add(u32::from(refused));
-        self.navigation.probation.fix(refused);
+        self.tally.refused = self.tally.refused.saturating_add(u32::from(refused != 0));
+        if counts {
+            self.navigation.probation.fix(&z, &measured, refused);
+        }
         self.choose();
     }
 }

@@ -1,6 +1,7 @@
 //! The learner from fixes with a vehicle that drives: late fixes, and a start from a known state.
 
 mod motion;
+mod parked;
 mod trial;
 mod version;
 

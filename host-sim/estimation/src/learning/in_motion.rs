@@ -70,6 +70,7 @@ pub fn align(
     let sensors = Sensors {
         noise: [config.navigator.noise.gyro, config.navigator.noise.accel],
         bias: config.bias,
+        walk: 0.0,
     };
     let mut standing = Align::new(sensors, session.lsb, session.dt);
     let mut heading = known.heading;
