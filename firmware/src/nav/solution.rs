@@ -119,10 +119,12 @@ impl Solution {
     pub fn correct(&mut self, phi: V, dv: V, dp: V) -> bool {
         let latitude = to_f64(self.now.at[0], ANGLE);
         let height = to_f64(self.now.height, LENGTH);
-        let before = Local::at(latitude, height);
         // metres north and east count at their origin, the corrected position: see
         // [`Position::ned_from`]
-        let here = Local::at(latitude - dp[0] / before.m_h, height + dp[2]);
+        let mut here = Local::at(latitude, height);
+        for _ in 0..2 {
+            here = Local::at(latitude - dp[0] / here.m_h, height + dp[2]);
+        }
         let [north, east] = [dp[0] / here.m_h, dp[1] / (here.n_h * here.cos)];
         let Moving {
             at,

@@ -151,6 +151,31 @@ fn a_day_of_rounding_leaves_the_attitude() {
     assert!(off < 1e-9, "{off:e} rad");
 }
 
+/// After a long way without fixes the estimate is tens of kilometres off. What the innovation finds
+/// is taken out to the centimetre, however far it is.
+#[test]
+fn a_correction_of_many_kilometres_leaves_nothing() {
+    for latitude in [-1.2, 0.1, 0.8, 1.3] {
+        for off in [[3e4, -8e4, 500.0], [-9e4, 9e4, -2000.0], [5e3, 0.0, 0.0]] {
+            let mut estimate = state(latitude, [30.0, 10.0, 0.0]);
+            let fix = Fix {
+                position: estimate.position,
+                velocity: estimate.velocity,
+                ..Fix::EMPTY
+            };
+            estimate.position = estimate.position.displaced(off);
+            let mut navigator = navigator(estimate);
+            let Innovation { position, velocity } = navigator.innovation(&fix, 0.0);
+            let ([a, b, c], [d, e, f]) = (velocity, position);
+            assert!(navigator.feed_back(&[0.0, 0.0, 0.0, a, b, c, d, e, f]));
+            let left = navigator.state().position.ned_from(&fix.position);
+            // f32 holds 90 km to 8 mm
+            let all = left.iter().all(|left| left.abs() < 0.01);
+            assert!(all, "{latitude} {off:?}: {left:?}");
+        }
+    }
+}
+
 #[test]
 fn feedback_takes_out_what_innovation_finds() {
     // close to the date line, to both sides of which the error reaches

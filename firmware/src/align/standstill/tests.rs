@@ -181,3 +181,61 @@ fn wheels_that_stand_do_not_make_a_rest() {
         assert_eq!(window(&mut detector, [0.0; 3], LEVEL, CALM), expected);
     }
 }
+
+/// A sensor that begins with half a second of equal samples is not taken for a quiet one.
+#[test]
+fn equal_samples_at_the_beginning_are_no_measure() {
+    let idles = [8e-3, 0.5];
+    let mut detector = new(&SENSORS);
+    assert!(window(&mut detector, [0.0; 3], LEVEL, [0.0; 2]));
+    let quiet = (0..12).filter(|_| rests(&mut detector, idles)).count();
+    assert!(quiet >= 11, "{quiet}");
+}
+
+/// The starter jolts a car that was quiet: its engine is then louder than any rest before. A
+/// receiver that shows that it stands makes the level count, and one that shows nothing does not.
+#[test]
+fn a_receiver_shows_that_an_idling_engine_is_at_rest() {
+    for shows in [true, false] {
+        let mut detector = new(&SENSORS);
+        assert!((0..20).all(|_| rests(&mut detector, CALM)));
+        let jolted = [0.0, 1.5, -9.81];
+        assert!(!window(&mut detector, [0.0; 3], jolted, [0.05, 2.0]));
+        let quiet = (0..20)
+            .filter(|_| {
+                if shows {
+                    detector.is_right();
+                }
+                rests(&mut detector, [8e-3, 0.5])
+            })
+            .count();
+        assert_eq!(quiet > 10, shows, "{quiet}");
+    }
+}
+
+/// The mean of a rest is of its last windows, as many as the walk of the biases allows.
+#[test]
+fn a_mean_is_of_the_last_windows() {
+    let sensors = Sensors {
+        noise: [5e-5, 1e-3],
+        walk: 7e-6,
+        bias: [1e-3, 1e-2],
+    };
+    let mut detector = new(&sensors);
+    for k in 0..400 {
+        let rate = if k < 200 { 0.0 } else { 1e-4 };
+        window(&mut detector, [rate, 0.0, 0.0], LEVEL, CALM);
+    }
+    let rest = detector.rest().unwrap();
+    // sqrt(2) 2 noise / walk
+    assert!((19.0..21.0).contains(&rest.seconds), "{rest:?}");
+    assert!((rest.rate[0] - 1e-4).abs() < 2e-6, "{rest:?}");
+    assert_eq!(rest.stood_s, 200.0);
+    // without a walk it is of all of them
+    let mut detector = new(&Sensors {
+        walk: 0.0,
+        ..sensors
+    });
+    (0..400).for_each(|_| assert!(window(&mut detector, [0.0; 3], LEVEL, CALM)));
+    assert_eq!(detector.rest().unwrap().seconds, 197.0);
+}

@@ -8,7 +8,6 @@ use crate::fix::{Fix, OBSERVATIONS, Position};
 use crate::learn::prior::Datasheet;
 use crate::learn::{Learner, Settings};
 use crate::model::Nets;
-use crate::nav::earth::wrapped;
 use crate::nav::{self, Noise as SensorNoise};
 use crate::sample::{Counts, Lsb, RawSample};
 use crate::wheels::WheelSpeed;
@@ -499,8 +498,8 @@ impl<'m> Drive<'m> {
     pub fn heading(&self) -> Option<[f64; 2]> {
         let q = self.learner.nav()?.q_bn;
         let t = f64::from(self.number) * DT;
-        let [_, _, error] = to_vector(product(q, inverse(self.road.attitude(t))));
-        let error = wrapped(error);
+        let off = product(q, inverse(self.road.attitude(t)));
+        let [_, _, error] = to_vector(off.map(|x| x * off[0].signum()));
         Some([error, f64::from(self.learner.report().heading_sigma)])
     }
 

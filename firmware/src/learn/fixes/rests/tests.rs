@@ -113,7 +113,7 @@ fn a_parked_vehicle_learns_its_gyros() {
                         let [least, most] = if navigates {
                             [1.2e-5, 5e-5] // noise and walk
                         } else {
-                            [0.95 * EARTH, 1.2 * EARTH]
+                            [0.95 * EARTH, 1.3 * EARTH]
                         };
                         assert!((least..most).contains(&sigma), "{navigates} {sigma}");
                     }
