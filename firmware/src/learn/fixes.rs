@@ -24,6 +24,7 @@ pub(in crate::learn) mod drive;
 mod gaps;
 mod judged;
 mod learner;
+mod level;
 mod observe;
 mod parts;
 mod pending;
@@ -45,7 +46,7 @@ use super::unit::Head;
 use crate::align::Align;
 use crate::inputs::Sources;
 use crate::model::Nets;
-use crate::nav::{self, Transition};
+use crate::nav;
 use crate::sample::{Counts, StreamScale};
 use lrnn_nostd::learn::kalman::Correction;
 
@@ -74,16 +75,6 @@ impl Memory {
         scratch: Scratch::ZEROED,
     };
 }
-
-/// Index of the heading's error in the order of [`NAV`], and gravity for the doubt of level force,
-/// m/s2.
-const DOWN: usize = 2;
-const GRAVITY: f32 = 9.8;
-/// Level force counts from so much of the variance of its errors on (assumed).
-const SURE: f32 = 6.0;
-/// A heading that is known less well than this is given up when the vehicle turns or brakes, rad:
-/// the errors' dynamics are linear, and an alignment in motion then finds the heading (assumed).
-const MAX_HEADING: f32 = 0.4;
 
 /// Standard deviations of the navigator's errors until the alignment.
 const UNALIGNED: [f32; NAV] = [1.0; NAV];
@@ -362,38 +353,12 @@ impl<'m> FixLearner<'m> {
         for i in 0..3 {
             block.q[i][i] += grown.by_force;
         }
-        self.disbelieve_force(&mut block);
+        self.shrink_level_force(&mut block);
         let [a, b, c] = grown.turn;
         let [d, e, f] = grown.gain;
         self.memory.scratch.in_proportion = [a, b, c, d, e, f, 0.0, 0.0, 0.0];
         self.memory.scratch.block = block;
         true
-    }
-
-    /// An error of the heading shows by the level force alone. On a straight road that force is
-    /// noise and the errors of the tilt, and taken for a true one it would seem to show the heading
-    /// more and more. So it counts in the errors' dynamics as far as it exceeds what may be wrong
-    /// with it (shrinkage by James and Stein, 1961), and the rest as noise.
-    fn disbelieve_force(&mut self, block: &mut Transition) {
-        let bank = &self.memory.bank;
-        let [north, east] = [0, 1].map(|i| GRAVITY * bank.error_sigma(i) * block.time);
-        let white = self.settings.noise.accel;
-        let doubt = SURE * (north * north + east * east + 2.0 * white * white * block.time);
-        let [by_north, by_east] = [block.phi[3][DOWN], block.phi[4][DOWN]];
-        let force = by_north * by_north + by_east * by_east;
-        let believed = if force > doubt {
-            1.0 - doubt / force
-        } else {
-            0.0
-        };
-        let heading = bank.error_sigma(DOWN).min(1.0);
-        self.navigation.astray = heading > MAX_HEADING && believed > 0.5;
-        for (i, by) in [(3, by_north), (4, by_east)] {
-            let left = (1.0 - believed) * by * heading;
-            block.q[i][i] += left * left;
-            block.phi[i][DOWN] *= believed;
-            block.phi[i + 3][DOWN] *= believed;
-        }
     }
 
     /// The correction that was subtracted in the interval.

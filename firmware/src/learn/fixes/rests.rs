@@ -8,10 +8,10 @@
 //! variance = noise^2 / T + walk^2 T / 2 + 2 sway^2 / T^2 + unknown^2
 //! ```
 //!
-//! The bias itself walks. The mean is therefore of the last seconds of the rest only (as many as
-//! make the first two terms equal), and a rest that lasts teaches anew each time that so many have
-//! passed, unless the gyros are known so well that what is not known of the Earth's rotation, which
-//! is the same each time, would count twice.
+//! The bias itself walks. So the mean is of the last seconds of the rest only, as many as make the
+//! first two terms equal, and a rest that lasts teaches anew each time that so many have passed. It
+//! does not if the gyros are known so well that what is not known of the Earth's rotation, the same
+//! each time, would count twice.
 //!
 //! While nothing navigates, nothing is known of the Earth's rotation: what a rest teaches then is
 //! no better than that. While the navigator runs, its attitude gives it: with `C_est = (I - phi x)
@@ -19,8 +19,9 @@
 //! the observation, because the attitude of a gyrocompass has errors by the same gyros: what looked
 //! like the Earth's rotation there must not be news here.
 //!
-//! Before, a rest teaches each time that it knows a quarter more. What it has taught already must not count
-//! twice: with the mean m and the information I = 1 / variance before and now, the news are
+//! Until then a rest teaches each time that it knows a quarter more. What it has taught already must
+//! not count twice: with the mean m and the information I = 1 / variance before and now, the news
+//! are
 //!
 //! ```text
 //! z = (I m - I_0 m_0) / (I - I_0)       variance 1 / (I - I_0)
