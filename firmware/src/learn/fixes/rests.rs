@@ -19,8 +19,8 @@
 //! the observation, because the attitude of a gyrocompass has errors by the same gyros: what looked
 //! like the Earth's rotation there must not be news here.
 //!
-//! Until then a rest teaches each time that it knows a quarter more. What it has taught already must
-//! not count twice: with the mean m and the information I = 1 / variance before and now, the news
+//! Until then a rest teaches each time that it knows a quarter more. What it has taught already
+//! must not count twice: with the mean m and the information I = 1 / variance before and now, the news
 //! are
 //!
 //! ```text
