@@ -20,8 +20,8 @@
 //! like the Earth's rotation there must not be news here.
 //!
 //! Until then a rest teaches each time that it knows a quarter more. What it has taught already
-//! must not count twice: with the mean m and the information I = 1 / variance before and now, the news
-//! are
+//! must not count twice: with the mean m and the information I = 1 / variance, before and now, the
+//! news are
 //!
 //! ```text
 //! z = (I m - I_0 m_0) / (I - I_0)       variance 1 / (I - I_0)
