@@ -15,7 +15,7 @@
 //! vehicle stands.
 //!
 //! The mean rate of a rest is of its last seconds: of so many that the walk of the biases adds as
-//! much to its error as white noise does.
+//! much to its error as noise does.
 //!
 //! Where wheels are reported, only windows in which they stand are looked at, so that the quietest
 //! of them is a rest's. Wheels that stand do not make a rest of what is none: a vehicle on a ferry,

@@ -11,14 +11,13 @@
 //! ```
 //!
 //! The third earliest, and not the earliest: one fix that is stamped ahead of its time would make
-//! all later ones seem late. What two others have not confirmed within [`CONFIRM_US`] is forgotten.
+//! all later ones seem late. What two others have not confirmed within a minute is forgotten.
 //!
 //! The time of arrival is that of the last sample before the first byte of the fix, because the
 //! navigator stands on samples and because the same input then gives the same bits on every
 //! machine. What the fix needs from then on until it is complete is counted in samples and added.
-//! The reference forgets by the
-//! share `FORGET` of the time: a sample clock that is faster than the receiver's by less than that
-//! does not age the fixes. A constant delay gives an excess of exactly zero.
+//! The reference forgets by the share `FORGET` of the time: a sample clock that is faster than the
+//! receiver's by less than that does not age the fixes. A constant delay adds exactly nothing.
 //!
 //! With a time pulse the age comes with the fix ([`Fix::age`]) and is exact. The least age then
 //! follows from it, so that ages go on without a step when the pulse stays away.

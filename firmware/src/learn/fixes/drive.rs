@@ -6,7 +6,7 @@ mod road;
 
 use super::{FixLearner, Memory};
 use crate::compensator::{Compensator, Limit};
-use crate::fix::{Fix, OBSERVATIONS, Position};
+use crate::fix::{Fix, NOT_MEASURED, OBSERVATIONS, Position};
 use crate::learn::prior::Datasheet;
 use crate::learn::{Learner, Settings};
 use crate::model::Nets;
@@ -148,6 +148,11 @@ impl Receiver {
         sigmas: [1.5, 1.5, 1.5, 0.05, 0.05, 0.05],
         errors: [1.5, 0.05],
         memory: 0.0,
+    };
+    /// It measures nothing.
+    pub const NONE: Receiver = Receiver {
+        sigmas: [NOT_MEASURED; OBSERVATIONS],
+        ..Receiver::GOOD
     };
 }
 

@@ -8,7 +8,7 @@
 use super::FixLearner;
 use crate::nav::Transition;
 
-/// Index of the heading's error in the order of [`NAV`], and gravity for the doubt of level force,
+/// Index of the heading's error in the navigator's errors, and gravity for the doubt of level force,
 /// m/s2.
 const DOWN: usize = 2;
 const GRAVITY: f32 = 9.8;

@@ -28,11 +28,6 @@ const STOPS: Road = Road {
     sway: 0.0,
     axle: 0.0,
 };
-/// A receiver that measures nothing.
-const NONE: Receiver = Receiver {
-    sigmas: [NOT_MEASURED; OBSERVATIONS],
-    ..Receiver::GOOD
-};
 const PERFECT: [[f64; 3]; 2] = [[0.0; 3]; 2];
 const MEMS: [[f64; 3]; 2] = [[6e-3, -9e-3, 4e-3], [0.1, -0.06, 0.08]];
 const LASER: [[f64; 3]; 2] = [[2e-6, -1.5e-6, 1e-6], [3e-3, -4e-3, 2e-3]];
@@ -102,7 +97,8 @@ fn a_parked_vehicle_learns_its_gyros() {
             let mut squares = 0.0;
             for seed in 0..8 {
                 let mut memory = memory();
-                let mut drive = Drive::new(&mut memory, settings, PARKED, NONE, biases, seed);
+                let mut drive =
+                    Drive::new(&mut memory, settings, PARKED, Receiver::NONE, biases, seed);
                 if !navigates {
                     drive.begin_unaligned();
                 }
@@ -129,7 +125,7 @@ fn a_parked_vehicle_learns_its_gyros() {
 fn the_earth_is_no_error() {
     for settings in [mems(), Settings::MEDIUM] {
         let mut memory = memory();
-        let mut drive = Drive::new(&mut memory, settings, PARKED, NONE, PERFECT, 3);
+        let mut drive = Drive::new(&mut memory, settings, PARKED, Receiver::NONE, PERFECT, 3);
         drive.begin_unaligned();
         drive.seconds(200);
         assert_eq!(drive.learner.bank().leading(), 0);
@@ -144,7 +140,7 @@ fn without_fixes_stops_show_the_velocity() {
         let mut memory = memory();
         let mut drive = Drive::new(&mut memory, mems(), road, Receiver::GOOD, MEMS, 5);
         drive.seconds(120);
-        drive.receiver = NONE;
+        drive.receiver = Receiver::NONE;
         drive.seconds(seconds);
         let [_, velocity] = drive.error();
         velocity
@@ -164,7 +160,7 @@ fn a_ship_does_not_rest() {
         vehicle: VehicleKind::Ship,
         ..mems()
     };
-    let mut drive = Drive::new(&mut memory, settings, PARKED, NONE, MEMS, 1);
+    let mut drive = Drive::new(&mut memory, settings, PARKED, Receiver::NONE, MEMS, 1);
     drive.begin_unaligned();
     drive.seconds(60);
     assert!(drive.learner.report().still_s > 50);
@@ -274,7 +270,14 @@ fn rests_at_several_headings_reach_their_bound() {
     const SEEDS: u64 = 12;
     for seed in 0..SEEDS {
         let mut memory = memory();
-        let mut drive = Drive::new(&mut memory, Settings::MEDIUM, TURNS, NONE, LASER, seed);
+        let mut drive = Drive::new(
+            &mut memory,
+            Settings::MEDIUM,
+            TURNS,
+            Receiver::NONE,
+            LASER,
+            seed,
+        );
         drive.seconds(rests * 120);
         for (square, (error, sigma)) in squares.iter_mut().zip(of_gyros(&drive, LASER)) {
             *square += error * error / SEEDS as f64;
