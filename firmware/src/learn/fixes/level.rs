@@ -8,8 +8,8 @@
 use super::FixLearner;
 use crate::nav::Transition;
 
-/// Index of the heading's error in the navigator's errors, and gravity for the doubt of level force,
-/// m/s2.
+/// Index of the heading's error in the navigator's errors, and gravity, m/s2, for the doubt of level
+/// force.
 const DOWN: usize = 2;
 const GRAVITY: f32 = 9.8;
 /// Level force counts from so much of the variance of its errors on (assumed).

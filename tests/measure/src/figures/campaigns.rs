@@ -92,7 +92,7 @@ impl Rows {
 }
 
 /// Units of the table of vehicles, and of the cases of the first rest.
-const FEW: u32 = 8;
+const FEW: u32 = 16;
 const RESTS: &str = "12";
 
 /// Abuse, and the first rest with the activations and sensors that it is for.
@@ -180,7 +180,7 @@ pub fn memory() -> Result<()> {
 pub fn causes() -> Result<()> {
     const DRIVES: u64 = 8;
     let words = ["--models", CAUSES, "--drives", "8"];
-    let (mut out, rows) = campaign("memory-causes", 8, &schemes(), &words)?;
+    let (mut out, rows) = campaign("memory-causes", 24, &schemes(), &words)?;
     out += &header("errors", "`device`,ratio,frozen");
     for errors in CAUSES.split(',') {
         let device = rows.median(errors, DRIVES, "device")?;
