@@ -8,7 +8,7 @@
 use super::FixLearner;
 use crate::nav::Transition;
 
-/// Index of the heading's error in the navigator's errors, and gravity, m/s2, for the doubt of level
+/// Index of the heading's error in the navigator's errors; gravity, m/s2, for the doubt of level
 /// force.
 const DOWN: usize = 2;
 const GRAVITY: f32 = 9.8;
