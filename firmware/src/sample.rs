@@ -45,6 +45,31 @@ pub enum RawSample {
     },
 }
 
+impl RawSample {
+    /// The sample with 0 for all other axes.
+    #[must_use]
+    pub fn only(mut self, axes: Axes) -> RawSample {
+        fn keep<T: Default>(values: &mut [T; 3], axes: u8) {
+            for (axis, value) in values.iter_mut().enumerate() {
+                if axes >> axis & 1 == 0 {
+                    *value = T::default();
+                }
+            }
+        }
+        match &mut self {
+            RawSample::Counts { gyro, accel } => {
+                keep(gyro, axes.gyro());
+                keep(accel, axes.accel());
+            }
+            RawSample::Floats { gyro, accel } => {
+                keep(gyro, axes.gyro());
+                keep(accel, axes.accel());
+            }
+        }
+        self
+    }
+}
+
 /// A set of the six axes: gyro x, y, z in bits 0 to 2, accelerometer x, y, z in bits 3 to 5.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Axes(pub u8);

@@ -111,7 +111,7 @@ impl<'m> App<'m> {
     #[inline(never)]
     fn begin(&mut self, config: Config, held: InitialState, learner: Option<&'m mut dyn Learner>) {
         self.flow.learning.attach(learner);
-        configure(&mut self.flow.learning.port, &config);
+        configure(&mut self.flow.learning.port, true, &config);
         self.upkeep.as_recorded = App::agree(&config, &held.record);
         self.to_open = Some(config.lines()).filter(|lines| *lines != SerialLines::DEFAULT);
         self.link = SensorLink::new(config.format);
@@ -247,8 +247,13 @@ impl<'m> App<'m> {
         } = done;
         self.commands.storing = false;
         let flow = &mut self.flow;
-        if edition != flow.pending.edition && !flow.pending.commanded {
-            return; // something else is to be stored by now, from the beginning
+        // something else is to be stored by now, from the beginning
+        let overtaken = match step {
+            Step::Begin | Step::GoOn => flow.pending.commanded,
+            Step::Save | Step::Renew => false,
+        };
+        if overtaken || edition != flow.pending.edition && !flow.pending.commanded {
+            return;
         }
         let last = flow.pending.is_last_renewal();
         let done = match (progress, step) {

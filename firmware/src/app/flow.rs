@@ -37,7 +37,6 @@ use continuity::Continuity;
 pub(super) use continuity::Units;
 use corrector::{Correction, Corrector};
 use learning::Learning;
-pub(super) use memory::through_configuration;
 pub(super) use pending::Pending;
 use session::Session;
 
@@ -166,7 +165,8 @@ impl<'m> Flow<'m> {
         if let Some(Correction { compensator, state }) = self.corrector.correction.get_mut()
             && correct
         {
-            compensator.anticipate(state, self.corrector.channels.current(), &reading.sample);
+            let output = self.corrector.channels.current();
+            compensator.anticipate(state, output, &reading.sample, reading.valid);
         }
         self.blackbox.left(frame.bytes());
         // the frame has left: no work is urgent until the next one is complete
@@ -210,11 +210,16 @@ impl<'m> Flow<'m> {
     }
 }
 
-/// Gives the learner the settings of its unit. It then begins from the datasheet.
+/// Gives the learner the settings of its unit. It then begins from the datasheet. What it knew of
+/// the unit stays if it is the same unit. What it has learnt since is dropped and not remembered:
+/// the drive goes on, and what one turn-on shows would count twice.
 #[inline(never)]
-pub(super) fn configure(learner: &mut Port, config: &Config) {
+pub(super) fn configure(learner: &mut Port, same_unit: bool, config: &Config) {
     if let Some(configuration) = &config.configuration {
-        learner.restart_learner(RestartReason::Configured(Settings::of(configuration)));
+        learner.restart_learner(RestartReason::Configured {
+            settings: Settings::of(configuration),
+            same_unit,
+        });
     }
 }
 

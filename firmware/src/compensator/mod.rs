@@ -16,7 +16,7 @@ mod proportional;
 
 use crate::inputs::{Inputs, OWN, Sources, Thermometer, Vibration};
 use crate::model::Nets;
-use crate::sample::{Counts, Lsb, RawSample, StreamScale};
+use crate::sample::{Axes, Counts, Lsb, RawSample, StreamScale};
 use lrnn_nostd::learn::kalman::Maps;
 use lrnn_nostd::{Fault, Net, State as NetState, Step};
 use output_stream::{OutputStream, per_error, positive};
@@ -120,13 +120,6 @@ impl State {
     #[inline(always)]
     pub fn read_temperature(&mut self, celsius: f32) {
         self.thermometer.read(celsius);
-    }
-
-    /// The networks' states as before their first step, for other networks. The estimate stays in
-    /// force until they step.
-    pub fn reset_nets(&mut self) {
-        self.set_nets([NetState::new(); 2]);
-        self.stepped = false;
     }
 
     /// Adds one sample to the block's sums.
@@ -340,7 +333,7 @@ impl Compensator {
             accel: sample.dv,
         };
         let (corrected, _) = self.corrected(state, 0, &before, false);
-        self.anticipate(state, 0, &before);
+        self.anticipate(state, 0, &before, Axes::ALL);
         let out = match corrected {
             RawSample::Counts { gyro, accel } => Counts {
                 dtheta: gyro,

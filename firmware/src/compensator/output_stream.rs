@@ -231,7 +231,7 @@ impl Compensator {
     /// place. Returns the axes that saturated.
     pub fn correct(&self, state: &mut State, stream: usize, sample: &mut RawSample) -> Axes {
         let (corrected, over) = self.corrected(state, stream, sample, false);
-        self.anticipate(state, stream, sample);
+        self.anticipate(state, stream, sample, Axes::ALL);
         *sample = corrected;
         over
     }

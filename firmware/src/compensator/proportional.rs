@@ -6,7 +6,7 @@
 
 use super::{Compensator, State};
 use crate::remainder::{COUNT, LARGEST};
-use crate::sample::RawSample;
+use crate::sample::{Axes, RawSample};
 use lrnn_nostd::learn::kalman::Maps;
 
 /// Maps for integer samples.
@@ -36,11 +36,16 @@ impl Proportional {
 }
 
 impl Compensator {
-    /// The sample of this output stream has left: prepares what is taken off the next one.
+    /// The sample of this output stream has left: prepares what is taken off the next one. An axis
+    /// that the sensor calls invalid adds nothing to the others.
     #[inline(always)]
-    pub fn anticipate(&self, state: &mut State, stream: usize, sample: &RawSample) {
+    pub fn anticipate(&self, state: &mut State, stream: usize, sample: &RawSample, valid: Axes) {
         if state.proportional.acts {
-            self.feels(state, stream, sample);
+            if valid == Axes::ALL {
+                self.feels(state, stream, sample);
+            } else {
+                self.feels(state, stream, &sample.only(valid));
+            }
         }
     }
 

@@ -186,29 +186,3 @@ fn wrong_configuration_is_named() {
         Some(ConfigError::Limit)
     );
 }
-
-/// Other networks start without the memory of the old ones, but the estimate in force stays until
-/// they have stepped.
-#[test]
-fn networks_forget() {
-    let mut weights = Weights::zero();
-    weights.layers[2].b = [1e-5; 3];
-    weights.layers[2].r = [[1.0, 0.0, 0.0], [0.0; 3], [0.0; 3]]; // x adds up
-    let mut c = compensator([0.0; 3], [0.0; 3], 1.0);
-    c.gyro = Net::new(weights, c.gyro.normalisation);
-    c.accel = c.gyro;
-    c.seal();
-    let mut state = State::default();
-    let run = |state: &mut State, samples: u32| {
-        (0..samples)
-            .filter_map(|_| c.process(state, Counts::default()).1)
-            .last()
-    };
-    let three = run(&mut state, 600).unwrap();
-    assert!((three.rate_error[0] - 3e-5).abs() < 1e-10);
-    state.reset_nets();
-    assert_eq!(state.estimate(), [three.rate_error, three.force_error]);
-    let one = run(&mut state, 200).unwrap();
-    assert!((one.rate_error[0] - 1e-5).abs() < 1e-10);
-    assert_eq!(one.force_error, one.rate_error);
-}

@@ -26,9 +26,6 @@ use crate::compensator::Block;
 use crate::link::spsc::{Consumer, Producer, Queue};
 use crate::sample::RawSample;
 
-/// The answer to block n comes into force at the end of block n + `DELAY_BLOCKS`.
-pub const DELAY_BLOCKS: u32 = 1;
-
 /// Samples and gaps that can wait: 64 ms at 2000 Hz.
 pub const SAMPLES: usize = 128;
 /// Other orders that can wait.
@@ -49,7 +46,6 @@ fn carry_out(order: &Order, learner: &mut dyn Learner) -> Outcome {
     match order {
         Order::Sample(number, sample) => learner.sample(*number, sample),
         Order::Gap => learner.gap(),
-        Order::ForgetUnit => learner.recall(&[]),
         Order::Fix(number, fix) => learner.fix(*number, fix),
         Order::WheelSpeed(number, speed) => learner.wheel_speed(*number, speed),
         Order::Align(alignment) => learner.align(*alignment),
@@ -59,7 +55,15 @@ fn carry_out(order: &Order, learner: &mut dyn Learner) -> Outcome {
         }
         Order::Restart(reason) => {
             match reason {
-                RestartReason::Configured(settings) => learner.configure(settings),
+                RestartReason::Configured {
+                    settings,
+                    same_unit,
+                } => {
+                    if !same_unit {
+                        learner.recall(&[]);
+                    }
+                    learner.configure(settings);
+                }
                 RestartReason::Begin(nets, stream) => learner.begin(nets, *stream),
                 RestartReason::Stream => learner.restart(),
                 RestartReason::Silence => learner.silence(),
@@ -67,11 +71,11 @@ fn carry_out(order: &Order, learner: &mut dyn Learner) -> Outcome {
             }
             return Outcome::View;
         }
-        Order::Heading(heading) => {
-            return Outcome::Reply(Reply::Verdict(learner.heading(*heading)));
+        Order::Heading(number, heading) => {
+            return Outcome::Reply(Reply::Verdict(*number, learner.heading(*heading)));
         }
-        Order::Reference(window) => {
-            return Outcome::Reply(Reply::Verdict(learner.reference(window)));
+        Order::Reference(number, window) => {
+            return Outcome::Reply(Reply::Verdict(*number, learner.reference(window)));
         }
         Order::Remember => return Outcome::Reply(Reply::Remembered(learner.remember())),
     }
@@ -265,6 +269,8 @@ pub struct Port<'m> {
     answer: Option<Answer>,
     /// The learner fell behind.
     stopped: bool,
+    /// A configuration that a stopped learner has not had, and whether it is of the same unit.
+    owes: Option<bool>,
 }
 
 impl core::fmt::Debug for Port<'_> {
@@ -286,6 +292,7 @@ impl<'m> Port<'m> {
         awaits: false,
         answer: None,
         stopped: false,
+        owes: None,
     };
 
     /// A port to a learner that is run at once.
@@ -334,11 +341,27 @@ impl<'m> Port<'m> {
         }
     }
 
-    /// Restarts the learner. Its earlier results do not count any more.
-    pub fn restart_learner(&mut self, reason: RestartReason) {
+    /// Whether the learner has missed a configuration: [`RestartReason::Configured`] must come
+    /// first.
+    pub fn owes_configuration(&self) -> bool {
+        self.owes.is_some()
+    }
+
+    /// Restarts the learner. Its earlier results do not count any more. One that has missed a
+    /// configuration stays stopped until it has that.
+    pub fn restart_learner(&mut self, mut reason: RestartReason) {
         (self.answer, self.awaits) = (None, false);
+        let owed = self.owes.take();
         self.stopped &= !self.has_caught_up();
+        let configured = match &mut reason {
+            RestartReason::Configured { same_unit, .. } => {
+                *same_unit &= owed.unwrap_or(true);
+                Some(*same_unit)
+            }
+            _ => owed.inspect(|_| self.stopped = true),
+        };
         self.hand_over(&Order::Restart(reason));
+        self.owes = configured.filter(|_| self.stopped);
     }
 
     /// Takes what can be looked at. To be called in every pass.

@@ -203,12 +203,6 @@ impl Navigator {
         self.faults = Faults::default();
     }
 
-    /// No sample has come since the last piece ended.
-    #[must_use]
-    pub fn is_between_pieces(&self) -> bool {
-        self.gather.is_empty()
-    }
-
     /// Takes one uncorrected sample.
     #[inline]
     pub fn sample(&mut self, counts: &Counts) {

@@ -5,7 +5,7 @@
 //! MHz Cortex-M4.
 
 use super::field::head;
-use crc::{Algorithm, CRC_16_KERMIT, CRC_16_XMODEM, CRC_32_ISO_HDLC, CRC_32_MPEG_2, Crc, Table};
+use crc::{Algorithm, CRC_16_KERMIT, CRC_16_XMODEM, CRC_32_ISO_HDLC, CRC_32_MPEG_2, Crc};
 
 static MPEG_2: Crc<u32> = Crc::<u32>::new(&CRC_32_MPEG_2);
 static ISO_HDLC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
@@ -23,19 +23,6 @@ const CRC_32_NOVATEL: Algorithm<u32> = Algorithm {
     residue: 0,
 };
 static NOVATEL: Crc<u32> = Crc::<u32>::new(&CRC_32_NOVATEL);
-
-/// STIM300 utility mode: polynomial 0x07 from 0xFF. Short and rare, so without a table.
-const CRC_8_STIM300_UTILITY: Algorithm<u8> = Algorithm {
-    width: 8,
-    poly: 0x07,
-    init: 0xFF,
-    refin: false,
-    refout: false,
-    xorout: 0,
-    check: 0xFB,
-    residue: 0,
-};
-static UTILITY: Crc<u8, Table<0>> = Crc::<u8, Table<0>>::new(&CRC_8_STIM300_UTILITY);
 
 /// CRC-32/MPEG-2 (STIM300, KVH): polynomial 0x04C11DB7, from all ones, not reflected, not inverted.
 pub fn crc32_mpeg2(bytes: &[u8]) -> u32 {
@@ -230,11 +217,6 @@ pub fn crc32_novatel_change(difference: &[u8], after: usize) -> u32 {
     reflected(table, crc, head(&[0; LONGEST], after))
 }
 
-/// STIM300 utility mode, over the text from `$` or `#` up to and including the last comma.
-pub fn crc8_stim300_utility(text: &[u8]) -> u8 {
-    UTILITY.checksum(text)
-}
-
 /// Sum of little-endian 16-bit words, modulo 2^16 (HG4930). It is weak: exchanged words and errors
 /// that cancel pass.
 pub fn sum16_le(bytes: &[u8]) -> u16 {
@@ -314,7 +296,6 @@ mod tests {
         mcrf4xx.update(CHECK);
         assert_eq!(mcrf4xx.finalize(), 0x6F91);
         assert_eq!(crc32_novatel(CHECK), CRC_32_NOVATEL.check);
-        assert_eq!(crc8_stim300_utility(CHECK), CRC_8_STIM300_UTILITY.check);
     }
 
     #[test]
@@ -345,20 +326,6 @@ mod tests {
             assert_eq!(crc32_mpeg2_change(bytes, 9), from_zero.finalize(), "{len}");
             let novatel = NOVATEL.checksum(&zeros_follow);
             assert_eq!(crc32_novatel_change(bytes, 9), novatel, "{len}");
-        }
-    }
-
-    /// The five examples of the STIM300 datasheet.
-    #[test]
-    fn stim300_utility_examples() {
-        for (text, crc) in [
-            ("$isn,", 28),
-            ("#isn,0,N2558184602002,", 32),
-            ("#UTILITYMODE,", 234),
-            ("$ihw,", 184),
-            ("$iif,", 145),
-        ] {
-            assert_eq!(crc8_stim300_utility(text.as_bytes()), crc, "{text}");
         }
     }
 

@@ -32,8 +32,6 @@ use crate::units::{DEGREE, FOOT};
 
 /// The longest message.
 pub const MAX_LEN: usize = 44;
-/// Control messages between two inertial ones.
-pub const CONTROLS_PER_INERTIAL: u8 = 5;
 /// A value of the start-up pattern, which is sent until the power-up test is done (400 ms).
 const PATTERN: i32 = 0x5555_5555;
 

@@ -108,15 +108,26 @@ impl Stream {
         }
     }
 
-    /// Whether counter or time have restarted. False for those that wrap too soon to show it.
-    pub fn has_restarted(&self, last: &Last, reading: &Reading) -> bool {
+    /// Whether counter or time have restarted in a silence of `silent_s` seconds. Those that have
+    /// come round meanwhile have not. False for those that come round too soon to show it.
+    pub fn has_restarted(&self, last: &Last, reading: &Reading, silent_s: f64) -> bool {
+        let goes_on = |advance_s: f64| {
+            (advance_s - silent_s).abs() < SILENCE_SHARE * silent_s + SILENCE_FRAMES / self.rate
+        };
         match (self.sequence, reading.counter, reading.time) {
             (Sequence::Counter(rule), Some(now), _) => {
                 let begins = rule.modulus > 256 && u32::from(now) < rule.modulus / 16;
-                begins && last.counter.is_some_and(|before| now < before)
+                begins
+                    && last.counter.is_some_and(|before| {
+                        let frames = f64::from(rule.advance(before, now)) / f64::from(rule.step);
+                        now < before && !goes_on(frames / self.rate)
+                    })
             }
-            (Sequence::Time { .. }, _, Some(now)) => {
-                now < BEGINNING_S && last.time.is_some_and(|before| now < before)
+            (Sequence::Time { turn, .. }, _, Some(now)) => {
+                now < BEGINNING_S
+                    && last
+                        .time
+                        .is_some_and(|before| now < before && !goes_on(now - before + turn))
             }
             _ => false,
         }
@@ -136,6 +147,10 @@ impl Stream {
 const LATE_S: f64 = 1.0;
 /// A sensor whose time is less has just started, s.
 const BEGINNING_S: f64 = 10.0;
+
+/// How well the length of a silence and the rate are known: this share, and so many frames.
+const SILENCE_SHARE: f64 = 0.1;
+const SILENCE_FRAMES: f64 = 16.0;
 
 /// Step and range of a counter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -174,8 +189,13 @@ impl Rule {
     /// Whether a counter is that of the next frame.
     #[inline(always)]
     fn is_next(self, before: u16, counter: u16) -> bool {
-        let advance = u32::from(counter).wrapping_sub(u32::from(before)) & (self.modulus - 1);
-        advance == self.step
+        self.advance(before, counter) == self.step
+    }
+
+    /// Counts from one value to another.
+    #[inline(always)]
+    fn advance(self, before: u16, counter: u16) -> u32 {
+        u32::from(counter).wrapping_sub(u32::from(before)) & (self.modulus - 1)
     }
 
     /// Compares a frame's counter with the one before it, which it then replaces. Start with
@@ -184,7 +204,7 @@ impl Rule {
         let Some(before) = last.replace(counter) else {
             return Gap::None;
         };
-        let advance = u32::from(counter).wrapping_sub(u32::from(before)) & (self.modulus - 1);
+        let advance = self.advance(before, counter);
         if advance == 0 {
             Gap::Duplicate
         } else if !advance.is_multiple_of(self.step) {
@@ -267,6 +287,72 @@ mod tests {
         assert_eq!(time_gap(10.0, 9.9, 100.0, WEEK), Gap::Jump);
         assert_eq!(time_gap(604_799.995, 0.005, 100.0, WEEK), Gap::None);
         assert_eq!(time_gap(f64::NAN, 0.0, 100.0, WEEK), Gap::Jump);
+    }
+
+    /// After half a second of silence a counter or a time that came round has gone on, and one that
+    /// is small for no such reason began anew.
+    #[test]
+    fn coming_round_in_a_silence_is_no_restart() {
+        const TURN: f64 = 4_294.967_296;
+        let unit = crate::sample::Unit {
+            quantity: crate::sample::Quantity::Rate,
+            lsb: 1.0,
+        };
+        let of = |sequence| Stream {
+            units: Units {
+                gyro: unit,
+                accel: unit,
+            },
+            rate: 2000.0,
+            sequence,
+        };
+        let reading = |counter, time| Reading {
+            counter,
+            time,
+            ..Reading::new(
+                crate::sample::RawSample::Counts {
+                    gyro: [0; 3],
+                    accel: [0; 3],
+                },
+                crate::sample::Axes::ALL,
+                crate::sample::Axes::ALL,
+            )
+        };
+        let counted = of(Sequence::Counter(Rule::new(1 << 16, 1)));
+        let every_second = of(Sequence::Counter(Rule::new(1 << 16, 2)));
+        for (stream, before, now, restarted) in [
+            (&counted, 65_000, 464, false), // exactly 1000 frames
+            (&counted, 65_000, 410, false), // at a rate that is off by 5 %
+            (&counted, 65_000, 20, true),
+            (&counted, 40_000, 464, true),
+            (&counted, 65_500, 3_000, true),
+            (&every_second, 64_000, 464, false),
+            (&every_second, 65_000, 464, true),
+        ] {
+            let last = Last {
+                counter: Some(before),
+                ..Last::default()
+            };
+            let now = reading(Some(now), None);
+            assert_eq!(stream.has_restarted(&last, &now, 0.5), restarted, "{now:?}");
+        }
+        let timed = of(Sequence::Time {
+            rate: 2000.0,
+            turn: TURN,
+        });
+        for (before, now, restarted) in [
+            (4_294.9, 0.433, false),
+            (4_294.9, 0.3, true),
+            (4_200.0, 0.43, true),
+            (12.0, 0.1, true),
+        ] {
+            let last = Last {
+                time: Some(before),
+                ..Last::default()
+            };
+            let now = reading(None, Some(now));
+            assert_eq!(timed.has_restarted(&last, &now, 0.5), restarted, "{now:?}");
+        }
     }
 
     /// A receiver without time counts from its power-on. When it finds its time, hundreds of

@@ -14,6 +14,7 @@ use firmware::sample::{RawSample, StreamScale};
 use firmware::store::Progress;
 use firmware::wire::command::{Request, Response, fault};
 use lrnn_nostd::State;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Samples of a block.
@@ -237,6 +238,116 @@ fn a_learner_without_time_is_stopped_and_the_stream_goes_on() {
     assert_eq!(there.app.faults() & fault::LEARNER, 0);
     assert_eq!(there.app.learning().used, 9);
     assert_ne!(there.app.correction(), stays);
+}
+
+/// A learner that was stopped gets the configuration of another unit when it has caught up, and
+/// what it knew of the unit before is gone. A verdict that nobody waits for any more answers no
+/// later question.
+#[test]
+fn a_stopped_learner_misses_no_configuration_and_answers_no_later_question() {
+    use crate::record::{HARDWARE, configure, configured};
+    use firmware::configuration::record::encode;
+    let heading = |angle| Request::Heading(firmware::fix::Heading { angle, sigma: 0.1 });
+    let calls: &Mutex<Vec<_>> = Box::leak(Box::default());
+    let mut configuration = configured(KIND);
+    configuration.correction.mode = Mode::Learn;
+    configuration.identity.serial = "1".try_into().expect("short");
+    let mut there = Device::new(Config::default());
+    let learner = Box::leak(Box::new(Told(calls)));
+    let config = Config {
+        hardware: HARDWARE,
+        ..Config::of(&configuration)
+    };
+    there.app = App::with_learner(config, Some(learner));
+    let mut background = apart(&mut there);
+    let mut n = 0;
+    let mut run = |there: &mut Device<Mock>, frames: u32, turns: &mut dyn FnMut()| {
+        for _ in 0..frames {
+            frame(there, n);
+            turns();
+            n += 1;
+        }
+    };
+    run(&mut there, 2 * RATE, &mut || while background.turn() {});
+    calls.lock().expect("no panic").clear();
+
+    // it gets no time: stopped, with a question that is refused
+    let packet = |there: &mut Device<Mock>, number, request| {
+        let mut buffer = [0; firmware::wire::command::MAX_PACKET];
+        let packet = firmware::wire::command::encode(number, &request, &mut buffer);
+        there
+            .lines
+            .command
+            .input
+            .extend(&*packet.expect("a packet"));
+    };
+    packet(&mut there, 201, heading(1.0));
+    run(&mut there, 4 * RATE, &mut || ());
+    assert_ne!(there.app.faults() & fault::LEARNER, 0);
+    assert_eq!(there.lines.command.sent.len(), 1);
+    there.lines.command.sent.clear();
+
+    // another unit, while it is stopped and has not caught up
+    configuration.identity.serial = "2".try_into().expect("short");
+    there.order(&Request::SetMode(Mode::Bypass));
+    assert_eq!(configure(&mut there, &encode(&configuration)), Ok(()));
+    while background.turn() {}
+    run(&mut there, 2 * RATE, &mut || while background.turn() {});
+    let told = calls.lock().expect("no panic").clone();
+    let at = |what| told.iter().position(|told| *told == what);
+    assert!(at("forget") < at("configure"), "{told:?}");
+    assert!(
+        at("forget").is_some() && at("configure") < at("begin"),
+        "{told:?}"
+    );
+    assert_eq!(there.app.faults() & fault::LEARNER, 0);
+
+    there.lines.command.sent.clear();
+    packet(&mut there, 202, heading(2.0));
+    there.wait_ms(20);
+    assert!(
+        there.lines.command.sent.is_empty(),
+        "a verdict on the first heading"
+    );
+    while background.turn() {}
+    there.wait_ms(20);
+    assert_eq!(there.lines.command.sent.len(), 1);
+}
+
+/// What a learner is told.
+#[derive(Debug)]
+struct Told(&'static Mutex<Vec<&'static str>>);
+
+impl Told {
+    fn note(&self, what: &'static str) {
+        self.0.lock().expect("no panic").push(what);
+    }
+}
+
+impl Learner for Told {
+    fn begin(&mut self, _: &Nets, _: StreamScale) {
+        self.note("begin");
+    }
+    fn restart(&mut self) {}
+    fn recall(&mut self, memory: &[u8]) {
+        assert!(memory.is_empty());
+        self.note("forget");
+    }
+    fn configure(&mut self, _: &firmware::learn::Settings) {
+        self.note("configure");
+    }
+    fn sample(&mut self, _: u32, _: &RawSample) {}
+    fn block(&mut self, _: u32, _: &Block) {}
+    fn gap(&mut self) {}
+    fn winner(&mut self) -> Option<Winner> {
+        None
+    }
+    fn learnt(&mut self) -> (Nets, [State; 2]) {
+        (Nets::NONE, [State::new(); 2])
+    }
+    fn report(&self) -> Report {
+        Report::default()
+    }
 }
 
 /// With more samples in a block than the queue holds.

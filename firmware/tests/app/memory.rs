@@ -11,7 +11,7 @@ use firmware::configuration::{Activation, Configuration};
 use firmware::control::Mode;
 use firmware::inputs::Source;
 use firmware::learn::CombinedLearner;
-use firmware::store::{Content, MEMORY_MAX, Step, Store};
+use firmware::store::{Content, MEMORY_MAX, Progress, Step, Store};
 use firmware::wire::command::{Remembered, Request, Response};
 use std::sync::Arc;
 
@@ -324,4 +324,23 @@ fn one_power_on_is_one_drive() {
     board.run(&mut bench, 20);
     assert_eq!(bench.device.counters().restarts, 1);
     assert_eq!(bench.says.drives.get(), 1);
+}
+
+/// A record of the learner that is on its way to the flash when the user asks to store is not what
+/// was asked for.
+#[test]
+fn a_record_on_its_way_is_not_the_one_that_is_asked_for() {
+    let mut bench = Board::new(&unit()).power_on();
+    learns(&bench, &[7; 500]);
+    while !bench.device.app.wants_to_store() {
+        bench.step(1.0);
+    }
+    let on_its_way = bench.device.app.job().expect("a record of the learner");
+    bench.device.order(&Request::SetMode(Mode::Bypass));
+    bench.device.order(&Request::StoreImage);
+    (bench.device.app).stored(&on_its_way.done(Progress::Done));
+    let job = bench.device.app.job().expect("what was asked for");
+    assert_eq!((on_its_way.step, job.step), (Step::Begin, Step::Save));
+    bench.device.app.stored(&job.done(Progress::Done));
+    assert!(bench.device.app.job().is_none());
 }

@@ -373,3 +373,25 @@ fn a_counter_that_does_not_advance_is_reported() {
         assert_eq!(device.app.faults(), 0, "{kind:?}");
     }
 }
+
+/// A counter of 16 bits that comes round while the cable bounces has not started: what was in force
+/// stays.
+#[test]
+fn coming_round_in_a_silence_is_no_start() {
+    for kind in kinds() {
+        let mut bench = Bench::new(kind);
+        let silent = (kind.rate() / 2.0) as u32;
+        bench.n = 65_536 - silent / 2 - 40;
+        bench.run(40);
+        let before = (bench.restarts(), bench.calls.begun.get());
+        bench.device.wait_ms(500);
+        bench.n += silent;
+        bench.run(20);
+        assert_eq!(
+            (bench.restarts(), bench.calls.begun.get()),
+            before,
+            "{kind:?}"
+        );
+        assert!(bench.corrects(), "{kind:?}");
+    }
+}

@@ -11,6 +11,7 @@ use embassy_stm32::pac::RCC;
 use embassy_stm32::{peripherals, rcc};
 use embassy_time::Instant;
 use firmware::app::COMMAND_BAUD;
+use firmware::app::guard;
 use firmware::app::guard::retained::{EARLY_US, Retained};
 use firmware::link::rates::Clock;
 use firmware::wire::command::{Reset, cause};
@@ -102,11 +103,11 @@ impl Guard {
                 crash.cfsr
             );
         }
-        let guard = Self {
+        let looks = Self {
             retained: Some(retained),
             begun: false,
         };
-        (guard, Some(reset), causes & cause::POWER_ON != 0)
+        (looks, Some(reset), causes & cause::POWER_ON != 0)
     }
 
     /// The loop has turned. `unwell`: why the watchdog is not fed; 0: all is well.
@@ -143,7 +144,7 @@ fn begin() {
 /// Whether the loop has not turned for too long.
 extern "C" fn is_late() -> bool {
     let now = Instant::now().as_millis() as u32;
-    now.wrapping_sub(TURNED_MS.load(Ordering::Relaxed)) > LATE_MS
+    guard::is_late(now, TURNED_MS.load(Ordering::Relaxed), LATE_MS)
 }
 
 extern "C" fn crashed(kind: u32, xpsr: u32, lr: u32, pc: u32) -> ! {

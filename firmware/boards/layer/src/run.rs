@@ -65,6 +65,8 @@ static UPDATES: ConstStaticCell<Updates> = ConstStaticCell::new(Updates::new());
 /// The board as the frame path sees it.
 struct Running<S, N, C, G, A, W> {
     lines: Lines<S, N, C, G>,
+    /// What the lines are open with.
+    open: SerialLines,
     adis: A,
     /// The sensor has a new burst.
     new: bool,
@@ -89,11 +91,17 @@ impl<S: Wire, N: Wire, C: Wire, G: Wire, A: Fetch, W: FnMut()> run::Board
         (&mut self.lines, &Time)
     }
 
+    /// A line that stays as it is goes on: to open it would cut what it is sending.
     fn open(&mut self, lines: &SerialLines) {
         let frame = Frame::sensor(lines);
-        self.lines.sensor.open(&frame);
-        self.lines.navigation.open(&frame);
-        self.lines.gnss.open(&Frame::plain(lines.receiver_baud));
+        if frame != Frame::sensor(&self.open) {
+            self.lines.sensor.open(&frame);
+            self.lines.navigation.open(&frame);
+        }
+        if lines.receiver_baud != self.open.receiver_baud {
+            self.lines.gnss.open(&Frame::plain(lines.receiver_baud));
+        }
+        self.open = *lines;
     }
 
     fn turned(&mut self, unhealthy: u8, _: bool) {
@@ -218,6 +226,7 @@ pub async fn run_updatable<S, N, C, G, A, F, W, U>(
         unsafe { thread::hand_over(background, stores, &mut store, &mut updater, UPDATES.take()) };
     let mut board = Running {
         lines: board.lines,
+        open: SerialLines::DEFAULT,
         adis,
         new: false,
         has_adis: false,

@@ -18,9 +18,11 @@ impl App<'_> {
         }
         self.flow.health.mended();
         if decode(&self.commands.server.record).is_ok() {
-            let counters = self.flow.health.counters;
+            // what is stored is what comes into use again
+            let (counters, stored) = (self.flow.health.counters, self.flow.pending.config_stored);
             self.reconfigure(out, now);
             self.flow.health.counters = counters;
+            self.flow.pending.config_stored = stored;
         } else if let Some(record) = self.encoded() {
             self.commands.server.record = record;
         }
@@ -68,6 +70,7 @@ mod tests {
         let configuration = example(ImuFormat::Stim300);
         let mut app = App::new(Config::of(&configuration));
         app.start(&mut NoLine, 0);
+        app.flow.pending.config_stored = true;
         let record = app.commands.server.record.clone();
         let upsets: [fn(&mut App); 4] = [
             |app| app.flow.config.limit.gyro = 0.5,
@@ -92,6 +95,7 @@ mod tests {
             );
             assert!(app.flow.config.follows(&Config::of(&configuration)));
             assert_eq!(app.commands.server.record, record);
+            assert!(app.flow.pending.config_stored, "what is learnt is stored");
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::App;
 use crate::app::config::{Config, StoreFaults};
-use crate::app::flow::through_configuration;
+use crate::app::flow::configure;
 use crate::app::phase::Machine;
 use crate::configuration::record::decode;
 use crate::link::Line;
@@ -28,7 +28,7 @@ impl App<'_> {
         if !same {
             self.flow.pending.unit_memory.exchange_unit();
         }
-        through_configuration(&mut self.flow.learning.port, same, &config);
+        configure(&mut self.flow.learning.port, same, &config);
         self.flow.restart(config);
         self.flow.health.flag(fault::WEIGHTS, other_weights);
         self.machine = Machine::new();

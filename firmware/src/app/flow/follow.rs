@@ -121,7 +121,7 @@ impl Flow<'_> {
         self.health.plausibility.holes.interrupt();
         self.gap();
         self.begin_checks();
-        self.learning.port.restart_learner(RestartReason::Silence);
+        self.restart_learner(RestartReason::Silence);
     }
 
     /// The stream has a gap: damage, silence, lost bytes.
@@ -134,7 +134,7 @@ impl Flow<'_> {
     #[cold]
     fn jump(&mut self) {
         self.gap();
-        self.learning.port.restart_learner(RestartReason::Silence);
+        self.restart_learner(RestartReason::Silence);
     }
 
     /// Bytes that belong to no frame have gone by. Where the frames are counted or timed, the next
@@ -170,9 +170,11 @@ impl Flow<'_> {
     pub(super) fn another(&mut self, kind: Kind, len: usize, reading: &Reading) -> bool {
         if let Some(silent) = self.continuity.silent_us.take() {
             let stream = self.corrector.stream.as_ref();
-            let restarted =
-                stream.is_some_and(|stream| stream.has_restarted(&self.continuity.last, reading));
-            let periods = stream.map_or(0.0, |stream| silent as f64 * 1e-6 * stream.rate);
+            let silent_s = silent as f64 * 1e-6;
+            let restarted = stream.is_some_and(|stream| {
+                stream.has_restarted(&self.continuity.last, reading, silent_s)
+            });
+            let periods = stream.map_or(0.0, |stream| silent_s * stream.rate);
             if restarted || (silent >= POWER_CYCLE_US && periods >= POWER_CYCLE_PERIODS) {
                 self.restarted();
             }

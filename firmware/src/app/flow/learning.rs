@@ -1,7 +1,7 @@
 //! The learner's side of the flow: what it receives, and when a promoted hypothesis corrects the
 //! samples.
 
-use super::{Correction, Flow};
+use super::{Correction, Flow, configure};
 use crate::app::config::Activation;
 use crate::compensator::Block;
 use crate::control::{Alignment, Mode, Reason, Window};
@@ -28,7 +28,8 @@ pub(in crate::app) struct Learning<'m> {
     pub port: Port<'m>,
     /// The stream that the learner was begun for; `None`: it must restart.
     begun: Option<StreamScale>,
-    /// Verdict of the learner on a reference or a heading.
+    /// Number of the last reference or heading, modulo 256, and the learner's verdict on it.
+    question: u8,
     verdict: Option<Result<(), Reason>>,
 }
 
@@ -38,8 +39,15 @@ impl<'m> Learning<'m> {
         Learning {
             port: Port::NONE,
             begun: None,
+            question: 0,
             verdict: None,
         }
+    }
+
+    /// Number of a new question. A verdict on an older one, which nobody waits for, is dropped.
+    fn next_question(&mut self) -> u8 {
+        (self.question, self.verdict) = (self.question.wrapping_add(1), None);
+        self.question
     }
 
     /// A learner that has not begun yet, to be run at once.
@@ -227,10 +235,17 @@ impl Flow<'_> {
             self.learning.begun = stream.filter(|_| learns);
             if let Some(stream) = self.learning.begun {
                 self.pending.unit_memory.drop_new();
-                (self.learning.port)
-                    .restart_learner(RestartReason::Begin(self.config.nets, stream));
+                self.restart_learner(RestartReason::Begin(self.config.nets, stream));
             }
         }
+    }
+
+    /// Restarts the learner; one that has missed a configuration gets it before.
+    pub(super) fn restart_learner(&mut self, reason: RestartReason) {
+        if self.learning.port.owes_configuration() {
+            configure(&mut self.learning.port, true, &self.config);
+        }
+        self.learning.port.restart_learner(reason);
     }
 
     /// A reference of the navigation computer. [`Flow::verdict`] follows.
@@ -241,13 +256,15 @@ impl Flow<'_> {
         if self.session.mode != Mode::Learn {
             return Err(Reason::Mode);
         }
-        self.ask(&Order::Reference(*window))
+        let number = self.learning.next_question();
+        self.ask(&Order::Reference(number, *window))
     }
 
     /// A heading that somebody knows, for the learner's alignment in progress. [`Flow::verdict`]
     /// follows.
     pub fn heading(&mut self, heading: Heading) -> Result<(), Reason> {
-        self.ask(&Order::Heading(heading))
+        let number = self.learning.next_question();
+        self.ask(&Order::Heading(number, heading))
     }
 
     /// Speed by the wheels.
@@ -283,7 +300,10 @@ impl Flow<'_> {
     pub fn take_reply(&mut self) {
         self.learning.port.look();
         match self.learning.port.reply() {
-            Some(Reply::Verdict(verdict)) => self.learning.verdict = Some(verdict),
+            Some(Reply::Verdict(number, verdict)) if number == self.learning.question => {
+                self.learning.verdict = Some(verdict);
+            }
+            Some(Reply::Verdict(..)) => {}
             Some(Reply::Remembered(len)) => self.remembers(len),
             None if self.learning.port.is_stopped() => self.pending.unit_memory.give_up(),
             None => {}

@@ -123,7 +123,7 @@ impl Flow<'_> {
             self.teach();
             // one that has begun is new already
             if begun.is_some() && begun == self.learning.begun() {
-                self.learning.port.restart_learner(RestartReason::Stream);
+                self.restart_learner(RestartReason::Stream);
             }
         }
     }

@@ -5,14 +5,13 @@
 //! goes, at least two thirds of what was learnt are stored, or all but the last two hours. It
 //! comes back at the next power-on of the board or of the sensor, before the learner begins.
 
-use super::{Flow, configure};
-use crate::app::config::Config;
+use super::Flow;
 use crate::app::job::Remembers;
 use crate::compensator::Block;
 use crate::control::Mode;
 use crate::inputs::REFERENCE_DEGC;
 use crate::learn::MEMORY_LEN;
-use crate::learn::exchange::{Order, Port, RestartReason};
+use crate::learn::exchange::{Order, RestartReason};
 use crate::store::{Notes, unit};
 use crate::wire::command::Remembered;
 
@@ -259,18 +258,8 @@ impl Flow<'_> {
     /// The sensor was powered on: what was learnt until then is the prior of the next drive.
     pub(super) fn next_drive(&mut self) {
         self.pending.unit_memory.begin_drive();
-        self.learning.port.restart_learner(RestartReason::Drive);
+        self.restart_learner(RestartReason::Drive);
     }
-}
-
-/// Another configuration has come. What the learner knew of the unit stays if it is the same unit.
-/// What it has learnt since is dropped and not remembered: the drive goes on, and what one turn-on
-/// shows would count twice.
-pub(in crate::app) fn through_configuration(learner: &mut Port, same: bool, config: &Config) {
-    if !same {
-        learner.hand_over(&Order::ForgetUnit);
-    }
-    configure(learner, config);
 }
 
 #[cfg(test)]

@@ -99,7 +99,7 @@ impl Flow<'_> {
                 compensator.force_zero(state);
             }
         }
-        self.learning.port.restart_learner(RestartReason::Stream);
+        self.restart_learner(RestartReason::Stream);
         self.learning.end();
         self.teach();
     }

@@ -23,7 +23,7 @@ impl Flow<'_> {
         {
             let output = self.corrector.channels.current();
             let (corrected, over) = compensator.corrected(state, output, &reading.sample, false);
-            compensator.anticipate(state, output, &reading.sample);
+            compensator.anticipate(state, output, &reading.sample, reading.valid);
             sample = corrected;
             self.health.sent_with(true, over);
         }

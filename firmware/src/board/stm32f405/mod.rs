@@ -283,8 +283,10 @@ impl run::Board for Board {
         self.pulse.rose(&self.time)
     }
 
+    /// A job of two records erases twice, and each erasure has the whole time.
     fn long_work(&mut self) {
         self.watchdog.long_work();
+        self.watchdog.feed();
     }
 
     fn state(&self) -> (bool, u16) {

@@ -47,6 +47,36 @@ fn samples(n: usize) -> Vec<Counts> {
 
 type Triads = [[f64; 3]; 2];
 
+/// A value that the sensor calls invalid, however large, adds to no other axis: what is owed next is
+/// as if it were 0.
+#[test]
+fn an_invalid_axis_adds_nothing() {
+    let compensator = with(MAPS, 0.01, None);
+    let owed = |sample: &RawSample, valid: Axes| {
+        let mut state = compensator.power_on(false);
+        compensator.anticipate(&mut state, 0, sample, valid);
+        let floats = matches!(sample, RawSample::Floats { .. });
+        state.owed(0, floats).map(|owed| owed.due)
+    };
+    let counts = |y| RawSample::Counts {
+        gyro: [500, y, -300],
+        accel: [70, 900, 1000],
+    };
+    let floats = |y: f32| RawSample::Floats {
+        gyro: [500.0, y, -300.0],
+        accel: [70.0, 900.0, 1000.0],
+    };
+    let but_y = Axes::new(0b101, 0b111);
+    for (bad, zero) in [
+        (counts(-(1 << 23)), counts(0)),
+        (floats(1e10), floats(0.0)),
+        (floats(f32::NAN), floats(0.0)),
+    ] {
+        assert_eq!(owed(&bad, but_y), owed(&zero, Axes::ALL), "{bad:?}");
+        assert_ne!(owed(&bad, Axes::ALL), owed(&zero, Axes::ALL), "{bad:?}");
+    }
+}
+
 /// The sum of what is taken off, from samples before and after, is the map of the sum of all
 /// samples but the last.
 fn add_up(all: &[(Triads, Triads)], tolerance: f64) {
@@ -161,7 +191,7 @@ fn bias_and_map_are_bounded(stride: usize) {
         compensator.force(&mut state, &[[any; 3]; 2]);
         for [gyro, accel] in felt.map(|felt| [felt; 2]) {
             let sample = RawSample::Counts { gyro, accel };
-            compensator.anticipate(&mut state, 0, &sample);
+            compensator.anticipate(&mut state, 0, &sample, Axes::ALL);
             let sum: f64 = gyro.iter().map(|x| f64::from(*x).abs()).sum();
             for (i, owed) in state.owed(0, false).iter().enumerate() {
                 let counts = owed.due.cast_signed() as f64 / f64::from(COUNT);

@@ -20,8 +20,6 @@ pub enum Order {
     Sample(u32, RawSample),
     /// [`Learner::gap`].
     Gap,
-    /// The memory of the unit is no longer valid: [`Learner::recall`].
-    ForgetUnit,
     /// The learner restarts. [`View`] follows.
     Restart(RestartReason),
     /// [`Learner::block`], with its own number and that of its last sample. [`Answer`] and [`View`]
@@ -33,10 +31,10 @@ pub enum Order {
     WheelSpeed(u32, WheelSpeed),
     /// [`Learner::align`].
     Align(Alignment),
-    /// [`Learner::heading`]. [`Reply::Verdict`] and [`View`] follow.
-    Heading(Heading),
-    /// [`Learner::reference`]. [`Reply::Verdict`] and [`View`] follow.
-    Reference(Window),
+    /// [`Learner::heading`], with its number. [`Reply::Verdict`] and [`View`] follow.
+    Heading(u8, Heading),
+    /// [`Learner::reference`], with its number. [`Reply::Verdict`] and [`View`] follow.
+    Reference(u8, Window),
     /// [`Learner::remember`]. [`Reply::Remembered`] follows.
     Remember,
 }
@@ -45,8 +43,14 @@ pub enum Order {
 #[derive(Debug, Clone, Copy)]
 #[expect(clippy::large_enum_variant, reason = "there is no heap")]
 pub enum RestartReason {
-    /// The configuration is another one: [`Learner::configure`].
-    Configured(Settings),
+    /// The configuration is another one: [`Learner::configure`]. Of another unit, its memory is no
+    /// longer valid: [`Learner::recall`] before.
+    Configured {
+        /// The settings.
+        settings: Settings,
+        /// It is of the same unit.
+        same_unit: bool,
+    },
     /// [`Learner::begin`].
     Begin(Nets, StreamScale),
     /// [`Learner::restart`].
@@ -121,8 +125,8 @@ impl Answer {
 /// Reply to an order other than a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Reply {
-    /// Why a heading or a reference was not used.
-    Verdict(Result<(), Reason>),
+    /// Why the heading or the reference of this number was not used.
+    Verdict(u8, Result<(), Reason>),
     /// Number of bytes that were recorded; 0: nothing is to be stored.
     Remembered(usize),
 }

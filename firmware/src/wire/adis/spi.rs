@@ -4,9 +4,7 @@
 //! one carries the answer, with chip select up and the stall time between them. A burst is one
 //! transaction: command, then reply.
 
-use super::{BURST_1649X_LEN, BURST16_LEN, BURST32_LEN, Burst};
-use crate::wire::Error;
-use crate::wire::field::take;
+use super::BURST_1649X_LEN;
 use embedded_hal::delay::DelayNs;
 use embedded_hal::spi::SpiDevice;
 use serde::{Deserialize, Serialize};
@@ -68,15 +66,6 @@ impl Form {
 /// The longest exchange: a command and the longest reply.
 pub const LONGEST: usize = 2 + BURST_1649X_LEN;
 
-/// Why no burst came.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Failure<E> {
-    /// The bus.
-    Bus(E),
-    /// The bytes.
-    Reply(Error),
-}
-
 /// One ADIS sensor.
 #[derive(Debug)]
 pub struct Adis<S> {
@@ -90,31 +79,8 @@ impl<S: SpiDevice> Adis<S> {
         Adis { spi, form }
     }
 
-    /// Fetches one burst. Call it when data-ready rises, and within one sample period: there is no
-    /// FIFO.
-    ///
-    /// # Errors
-    /// [`Failure::Bus`] or [`Failure::Reply`]; the next call starts afresh.
-    pub fn read_burst(&mut self) -> Result<Burst, Failure<S::Error>> {
-        match self.form {
-            Form::Narrow => {
-                let frame: [u8; 2 + BURST16_LEN] = self.transfer(0x68)?;
-                Burst::parse16(&take(&frame, 2))
-            }
-            Form::Wide => {
-                let frame: [u8; 2 + BURST32_LEN] = self.transfer(0x68)?;
-                Burst::parse32(&take(&frame, 2))
-            }
-            Form::Adis1649x => {
-                let frame: [u8; 2 + BURST_1649X_LEN] = self.transfer(0x7C)?;
-                Burst::parse_1649x(&take(&frame, 2))
-            }
-        }
-        .map_err(Failure::Reply)
-    }
-
-    /// Fetches one burst as bytes, for `App::burst`, which checks them. Call it as
-    /// [`Adis::read_burst`].
+    /// Fetches one burst as bytes, for `App::burst`, which checks them. Call it when data-ready
+    /// rises, and within one sample period: there is no FIFO.
     ///
     /// # Errors
     /// The bus's.
@@ -127,18 +93,6 @@ impl<S: SpiDevice> Adis<S> {
         }
         self.spi.transfer_in_place(frame)?;
         Ok(frame.get_mut(2..).unwrap_or_default())
-    }
-
-    /// One transaction that begins with the command `command` 00; the reply starts at byte 2.
-    fn transfer<const N: usize>(&mut self, command: u8) -> Result<[u8; N], Failure<S::Error>> {
-        let mut frame = [0; N];
-        if let Some(first) = frame.first_mut() {
-            *first = command;
-        }
-        self.spi
-            .transfer_in_place(&mut frame)
-            .map_err(Failure::Bus)?;
-        Ok(frame)
     }
 
     /// Reads one 16-bit register.
@@ -194,6 +148,8 @@ impl<S: SpiDevice> Adis<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::wire::adis::Burst;
+    use crate::wire::{Error, field::take};
     use core::cell::Cell;
     use core::convert::Infallible;
     use embedded_hal::spi::{ErrorType, Operation};
@@ -285,7 +241,8 @@ mod tests {
         let mut adis = Adis::new(&mut sensor, Form::Narrow);
         let product = adis.read_register(&mut delay, register::PRODUCT_ID);
         assert_eq!(product, Ok(16507));
-        assert_eq!(adis.read_burst(), Ok(BURST));
+        let mut frame = [0; LONGEST];
+        assert_eq!(adis.fetch(&mut frame), Ok(&mut BURST.emit16()[..]));
         time.set(time.get() + 500);
         adis.write_register(&mut delay, register::MSC_CTRL, 0x02C1)
             .unwrap();
@@ -294,17 +251,15 @@ mod tests {
             Ok(0x02C1)
         );
         // the mode changed under the driver: found out, not misread
-        assert_eq!(adis.read_burst(), Err(Failure::Reply(Error::Checksum)));
+        let burst = adis.fetch(&mut frame).unwrap();
+        assert_eq!(Burst::parse16(&take(burst, 0)), Err(Error::Checksum));
         time.set(time.get() + 500);
 
         let mut adis = Adis::new(&mut sensor, Form::Wide);
-        assert_eq!(adis.read_burst(), Ok(BURST));
-        time.set(time.get() + 500);
-        let mut frame = [0; LONGEST];
         assert_eq!(adis.fetch(&mut frame), Ok(&mut BURST.emit32()[..]));
         time.set(time.get() + 500);
         let mut adis = Adis::new(&mut sensor, Form::Adis1649x);
-        assert_eq!(adis.read_burst(), Ok(BURST));
+        assert_eq!(adis.fetch(&mut frame), Ok(&mut BURST.emit_1649x(true)[..]));
         assert_eq!(sensor.breaches, 0);
     }
 
@@ -320,7 +275,7 @@ mod tests {
             }
         }
         let mut adis = Adis::new(Broken, Form::Wide);
-        let failure = Failure::Bus(embedded_hal::spi::ErrorKind::Other);
-        assert_eq!(adis.read_burst(), Err(failure));
+        let failure = embedded_hal::spi::ErrorKind::Other;
+        assert_eq!(adis.fetch(&mut [0; LONGEST]), Err(failure));
     }
 }
