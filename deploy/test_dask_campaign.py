@@ -18,7 +18,7 @@ PROGRAM = Path(os.environ.get("HOST_SIM", "target/release/host-sim")).resolve()
 RUNNER = Path(__file__).with_name("dask_campaign.py")
 FILES = ("json", "ratios", "csv")
 RUNS = 12
-ARGUMENTS = ["--models", "noise", "--schemes", "none,ekf6-tuned", "--tuning-units", "1"]
+ARGUMENTS = ["--models", "noise", "--schemes", "uncorrected,ekf6-tuned", "--tuning-units", "1"]
 # For what takes seconds on a quiet machine.
 AT_MOST_S = 300.0
 T = TypeVar("T")

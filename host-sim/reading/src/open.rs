@@ -4,7 +4,7 @@
 use crate::form::{self, Form};
 use crate::messages::{Euroc, Mcap, Ubx, Ulog};
 use crate::options::{UnitOption, refused};
-use crate::record_options::{RecordOptions, ReplacedOptions};
+use crate::record_options::RecordOptions;
 use crate::source::{Csv, KfGins, Novatel};
 use clap::{Args as ClapArgs, Parser};
 use host_core::error::Error;
@@ -71,8 +71,6 @@ struct Words<S: Source> {
     source: S,
     #[command(flatten)]
     unit: UnitOption,
-    #[command(flatten)]
-    _old: ReplacedOptions,
     #[command(flatten)]
     recording: RecordOptions,
 }

@@ -4,15 +4,12 @@ use clap::Args as ClapArgs;
 use host_core::error::Error;
 use host_unit::Unit;
 
-/// `--unit`, and its former name.
+/// `--unit`.
 #[derive(Debug, ClapArgs)]
 pub struct UnitOption {
     /// Unit: a preset's name (`host-sim unit list`) or a unit file
     #[arg(long, value_name = "NAME|FILE.toml")]
     pub unit: Option<String>,
-    /// Refused
-    #[arg(long, hide = true, value_parser = renamed("give --unit NAME or --unit FILE.toml"))]
-    preset: Option<String>,
 }
 
 impl UnitOption {
@@ -31,14 +28,6 @@ impl UnitOption {
     pub fn load_or(&self, usual: &str) -> Result<Unit, Error> {
         Unit::load(self.unit.as_deref().unwrap_or(usual))
     }
-}
-
-/// Refuses an option that was removed, and names its replacement.
-pub fn renamed(
-    instead: impl Into<String>,
-) -> impl Fn(&str) -> Result<String, String> + Clone + Send + Sync + 'static {
-    let instead = instead.into();
-    move |_| Err(format!("this option has been removed; {instead}"))
 }
 
 /// A bad value of an option.

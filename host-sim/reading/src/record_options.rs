@@ -1,6 +1,6 @@
 //! Options of `replay` for what the files of a recording do not contain.
 
-use crate::options::{refused, renamed, within};
+use crate::options::{refused, within};
 use clap::Args as ClapArgs;
 use host_core::error::Error;
 use host_core::inertial::units::DEG;
@@ -68,38 +68,17 @@ impl RecordOptions {
             }
         }
         if let Some(heading) = self.heading {
+            if record.initial_attitude.is_some() {
+                let problem = "helps to find an attitude, and this recording gives one, or stands \
+                               still for it";
+                return Err(refused("--heading", problem, "leave it out"));
+            }
             let heading = within("--heading", heading, [-360.0, 360.0])?;
             let sigma = within("--heading-sigma", self.heading_sigma, [0.01, 180.0])?;
             record.rough_heading = Some([heading * DEG, sigma * DEG]);
         }
         Ok(())
     }
-}
-
-/// Options that keys of the unit file have replaced.
-#[derive(Debug, ClapArgs)]
-pub struct ReplacedOptions {
-    /// Refused
-    #[arg(long, hide = true, value_parser = in_unit_file("gyro.bias_turn_on_dph"))]
-    gyro_bias: Option<String>,
-    /// Refused
-    #[arg(long, hide = true, value_parser = in_unit_file("accel.bias_turn_on_ug"))]
-    accel_bias: Option<String>,
-    /// Refused
-    #[arg(long, hide = true, value_parser = in_unit_file("gyro.angle_random_walk_dpsqrth"))]
-    arw: Option<String>,
-    /// Refused
-    #[arg(long, hide = true, value_parser = in_unit_file("accel.velocity_random_walk_ugpsqrthz"))]
-    vrw: Option<String>,
-}
-
-/// The value parser of an option that a field of the unit file has replaced.
-fn in_unit_file(
-    field: &str,
-) -> impl Fn(&str) -> Result<String, String> + Clone + Send + Sync + 'static {
-    renamed(format!(
-        "write {field} into a unit file and give --unit FILE.toml"
-    ))
 }
 
 #[cfg(test)]

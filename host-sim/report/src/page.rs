@@ -129,7 +129,8 @@ fn existing(dir: &Path, target: &Path) -> Result<bool, Error> {
     }
 }
 
-fn is_ours(page: &[u8]) -> bool {
+/// Whether this is a page of ours.
+pub fn is_ours(page: &[u8]) -> bool {
     let head = &page[..page.len().min(1024)];
     head.windows(html::MARKER.len())
         .any(|part| part == html::MARKER.as_bytes())

@@ -1,7 +1,7 @@
 //! `host-sim campaign`.
 
-use super::options::{ScenarioOption, arguments, arguments_without, pool, refused, renamed, shard};
-use super::output::{JsonOption, write_json};
+use super::options::{ScenarioOption, arguments, arguments_without, pool, refused, shard};
+use super::output::{JsonOption, check_ours, write_json};
 use super::progress::{self, bar};
 use super::stdout;
 use clap::{Args as ClapArgs, Subcommand};
@@ -14,7 +14,7 @@ use host_lab::campaign::{
 use host_report::campaign::Origin;
 use serde::Serialize;
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 /// Keys of a scenario that a campaign would ignore: its drives and its networks are its own.
@@ -100,9 +100,6 @@ struct Files {
     /// Write all runs as CSV [default: DIR/campaign.csv; none for a shard and for merge]
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Old option, replaced by `--csv`.
-    #[arg(long, hide = true, value_parser = renamed("give --csv FILE, or --json FILE"))]
-    parquet: Option<String>,
     /// Write the tables with explanations as Markdown, and every pair of schemes beside it as CSV
     #[arg(long, value_name = "FILE")]
     results: Option<PathBuf>,
@@ -120,20 +117,30 @@ impl Files {
             csv,
             results,
             report,
-            ..
         } = self;
-        for file in [json.file(), csv.as_deref()].into_iter().flatten() {
-            if file.extension().is_some_and(|end| end == "parquet") {
-                let problem = format!("{}: Parquet is not written", file.display());
-                let remedy = "name a .csv file for --csv, or a .json file for --json";
-                return Err(refused("--csv", problem, remedy));
+        let beside = |end| results.as_ref().map(|file| file.with_extension(end));
+        let all = [
+            json.file().map(Path::to_owned),
+            ratios.clone(),
+            csv.clone(),
+            results.clone(),
+            beside("csv"),
+            beside("causes.csv"),
+            report.clone(),
+        ];
+        let all: Vec<PathBuf> = all.into_iter().flatten().collect();
+        for (at, file) in all.iter().enumerate() {
+            if all.iter().skip(at + 1).any(|other| other == file) {
+                let problem = format!("'{}' would be written twice", file.display());
+                let remedy =
+                    "give each output a name of its own; --results writes a .csv beside it";
+                return Err(refused("--results", problem, remedy));
             }
+            check_writable(file)?;
         }
-        let all = [json.file(), ratios.as_deref(), csv.as_deref()];
-        let all = all
-            .into_iter()
-            .chain([results.as_deref(), report.as_deref()]);
-        all.flatten().try_for_each(check_writable)
+        (report.as_deref()).map_or(Ok(()), |file| {
+            check_ours("--report", file, host_report::page::is_ours)
+        })
     }
 }
 
@@ -176,7 +183,7 @@ impl Args {
             models: models?,
             out: self.out.clone(),
             resume: self.resume,
-            schemes: self.schemes()?,
+            schemes: self.schemes()?.to_vec(),
             ablation: self.ablation,
             tuning_units: self.tuning_units,
             drives: self
@@ -247,24 +254,15 @@ impl Args {
     }
 
     /// The schemes asked for; each must exist.
-    fn schemes(&self) -> Result<Vec<String>, Error> {
+    fn schemes(&self) -> Result<&[String], Error> {
         let known = || SCHEMES.iter().map(|(name, _)| *name);
-        // its former name
-        let named = |name: &String| {
-            if name == "none" {
-                NONE.to_owned()
-            } else {
-                name.clone()
-            }
-        };
-        let schemes: Vec<String> = self.schemes.iter().map(named).collect();
-        for name in &schemes {
+        for name in &self.schemes {
             if !known().any(|k| k == name) {
                 let all: Vec<&str> = known().collect();
                 return Err(Error::unknown("scheme", name, &all));
             }
         }
-        Ok(schemes)
+        Ok(&self.schemes)
     }
 }
 

@@ -1,6 +1,7 @@
 //! `host-sim convert`.
 
 use super::messages::{Euroc, Mcap, Messages, Ubx, Ulog};
+use super::options::refused;
 use super::output::{JsonOption, WrittenRecording, check_free};
 use super::progress::{self, ProgressLine};
 use super::source::{Csv, KfGins, Novatel};
@@ -133,6 +134,20 @@ impl Target {
             Format::Csv => &["imu.csv", "gnss.csv", "header.toml"],
             Format::KfGins => &["imu.txt", "gnss.txt"],
         };
+        if matches!(self.to, Format::Csv) {
+            let given = [
+                ("--shift", self.shift != 0.0),
+                ("--velocity", self.velocity),
+            ];
+            if let Some((option, _)) = given.into_iter().find(|(_, given)| *given) {
+                let problem = "is for the text of KF-GINS, and --to is csv";
+                return Err(refused(
+                    option,
+                    problem,
+                    "leave it out, or give --to kf-gins",
+                ));
+            }
+        }
         check_free(&self.out, files, self.force)?;
         let record = read()?;
         progress::stage(WRITING);
@@ -162,12 +177,12 @@ impl Target {
         let of = WrittenRecording::of(&self.out, files, &record, written, &notes);
         self.json.write(&of)?;
         drop(shown);
-        for note in notes {
+        for note in &notes {
             println!("- {note}");
         }
         println!(
             "{}, {} in {}",
-            counted(record.samples.len(), "sample"),
+            counted(of.samples, "sample"),
             counted(written, "fix"),
             self.out.display()
         );

@@ -57,7 +57,7 @@ pub(super) struct CorrectedOptions {
         requires = "corrected"
     )]
     corrected_shift: f64,
-    /// Replace the file of --corrected if it is there; the recording itself is never replaced
+    /// Replace the file of --corrected if it is there; files of the recording are never replaced
     #[arg(long, requires = "corrected")]
     force: bool,
 }
@@ -82,8 +82,10 @@ impl CorrectedOptions {
             let [a, b] = [file, other].map(std::fs::canonicalize);
             a.ok().zip(b.ok()).is_some_and(|(a, b)| a == b)
         };
-        if same(source) || same(&record.file) {
-            let problem = format!("'{}' is the recording itself", file.display());
+        let named = named_files();
+        let mut own = named.iter().map(PathBuf::as_path);
+        if same(source) || same(&record.file) || own.any(same) {
+            let problem = format!("'{}' is a file of the recording itself", file.display());
             return Err(refused("--corrected", problem, "give another file"));
         }
         if file.is_file() && !self.force {
@@ -111,6 +113,41 @@ impl CorrectedOptions {
         let by = &self.corrected_by;
         Ok(Some(Target { file, by, what }))
     }
+}
+
+/// The files that the command names but for that of `--corrected`, and those that its TOML files
+/// name: header and unit, samples, fixes, truth, wheels.
+fn named_files() -> Vec<PathBuf> {
+    fn strings(value: &toml::Value, found: &mut Vec<String>) {
+        match value {
+            toml::Value::String(text) => found.push(text.clone()),
+            toml::Value::Array(all) => all.iter().for_each(|value| strings(value, found)),
+            toml::Value::Table(all) => all.values().for_each(|value| strings(value, found)),
+            _ => {}
+        }
+    }
+    let mut given: Vec<String> = Vec::new();
+    let mut words = std::env::args().skip(1);
+    while let Some(word) = words.next() {
+        match word.as_str() {
+            "--corrected" => drop(words.next()),
+            _ if word.starts_with("--corrected=") => {}
+            _ => given.push(word.split_once('=').map_or(&*word, |(_, of)| of).to_owned()),
+        }
+    }
+    let mut files: Vec<PathBuf> = given.iter().map(PathBuf::from).collect();
+    for file in files.clone() {
+        if file.extension().is_some_and(|end| end == "toml")
+            && let Ok(text) = std::fs::read_to_string(&file)
+            && let Ok(table) = text.parse::<toml::Table>()
+        {
+            let mut named = Vec::new();
+            strings(&toml::Value::Table(table), &mut named);
+            let beside = |name: &String| file.with_file_name(name);
+            files.extend(named.iter().map(beside));
+        }
+    }
+    files
 }
 
 /// Format in which it is written.

@@ -64,7 +64,7 @@ const EXAMPLES: &[(&str, &[&str])] = &[
     (
         "replay csv",
         &[
-            "replay csv --header header.toml imu.csv --fixes gnss.csv --truth truth.csv",
+            "replay csv --header header.toml imu.csv gnss.csv --truth truth.csv",
             "replay csv --header header.toml --unit unit.toml --corrected corrected.csv imu.csv",
         ],
     ),

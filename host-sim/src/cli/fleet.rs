@@ -1,7 +1,7 @@
 //! `host-sim fleet`.
 
 use super::options::{ScenarioOption, UnitOption, arguments, pool, refused, shard};
-use super::output::JsonOption;
+use super::output::{JsonOption, check_ours};
 use super::progress::bar;
 use super::stdout;
 use clap::{Args as ClapArgs, Subcommand};
@@ -9,7 +9,7 @@ use firmware::inputs::{Inputs as DeviceInputs, Source};
 use firmware::model::IMAGES_LEN;
 use host_core::error::Error;
 use host_io::output::write_atomic;
-use host_lab::campaign::fleet::{Fleet, Origin, PROGRESS, folders, learn, merge};
+use host_lab::campaign::fleet::{Fleet, LEAST_UNITS, Origin, PROGRESS, folders, learn, merge};
 use host_lab::campaign::{Campaign, Group};
 use host_unit::Unit;
 use host_unit::networks::Input;
@@ -139,6 +139,11 @@ impl Args {
         }
         let pool = pool(self.jobs)?;
         let (fleet, unit) = self.fleet()?;
+        if self.recordings.is_empty() && fleet.shard.1 == 1 && (self.units as usize) < LEAST_UNITS {
+            let problem = format!("is {}, too few to separate a type from a unit", self.units);
+            let remedy = format!("give at least {LEAST_UNITS}");
+            return Err(refused("--units", problem, remedy));
+        }
         let wanted = fleet.wanted().len() as u64;
         let bar = bar(
             wanted,
@@ -255,6 +260,9 @@ fn write(file: &Path, unit: &Unit, prior: Prior) -> Result<(), Error> {
         ..unit.clone()
     };
     let text = unit.to_text(&format!("host-sim {}", arguments()))?;
+    check_ours("--output", file, |bytes| {
+        String::from_utf8_lossy(bytes).contains("\n# host-sim fleet")
+    })?;
     write_atomic(file, text.as_bytes())?;
     println!("written: {}", file.display());
     Ok(())

@@ -78,6 +78,21 @@ fn write_over_json(file: &Path, json: &[u8]) -> Result<(), Error> {
     }
 }
 
+/// Refuses to write over a file that is there and is not `ours`, one that the same command may have
+/// written before.
+pub(super) fn check_ours(
+    option: &str,
+    file: &Path,
+    ours: impl FnOnce(&[u8]) -> bool,
+) -> Result<(), Error> {
+    let there = file.is_file().then(|| std::fs::read(file).ok()).flatten();
+    if there.is_some_and(|bytes| !bytes.is_empty() && !ours(&bytes)) {
+        let problem = format!("is {}, which this command has not written", file.display());
+        return Err(refused(option, problem, ANOTHER_NAME));
+    }
+    Ok(())
+}
+
 /// Refuses to write over files of `names` in `dir` that are there.
 pub(super) fn check_free(dir: &Path, names: &[&str], force: bool) -> Result<(), Error> {
     let there = names
@@ -101,8 +116,9 @@ pub(super) fn check_free(dir: &Path, names: &[&str], force: bool) -> Result<(), 
 #[derive(Debug, Serialize)]
 pub(super) struct WrittenRecording<'a> {
     files: Vec<PathBuf>,
-    samples: usize,
-    /// Times of the first and the last sample, s.
+    /// Increments that were written: one less than rates that were read.
+    pub(super) samples: usize,
+    /// Times of the first and the last of them, s.
     times_s: Option<[f64; 2]>,
     rate_hz: usize,
     fixes: usize,
@@ -120,12 +136,17 @@ impl<'a> WrittenRecording<'a> {
         fixes: usize,
         notes: &'a [String],
     ) -> Self {
-        let ends = record.time.start().zip(record.time.end());
+        let mut times = record.written_increments().map(|(time, _)| time);
+        let first = times.next();
+        let (samples, times_s) = first.map_or((0, None), |first| {
+            let (n, last) = times.fold((1, first), |(n, _), time| (n + 1, time));
+            (n, Some([first, last]))
+        });
         let of_fixes = record.fixes.first().zip(record.fixes.last());
         Self {
             files: names.iter().map(|name| dir.join(name)).collect(),
-            samples: record.samples.len(),
-            times_s: ends.map(<[f64; 2]>::from),
+            samples,
+            times_s,
             rate_hz: record.rate_hz,
             fixes,
             fix_times_s: of_fixes.map(|(first, last)| [first.time, last.time]),

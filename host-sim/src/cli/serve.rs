@@ -27,6 +27,18 @@ impl Args {
         command.args(&self.rest);
         let error = replaced(&mut command);
         Err(match error.kind() {
+            ErrorKind::NotFound
+                if self
+                    .rest
+                    .iter()
+                    .any(|word| word == "--help" || word == "-h") =>
+            {
+                println!(
+                    "Shows a device, a recording or a simulation live in a browser: {PROGRAM}, \
+                     which is not\nbeside host-sim. Build it: cargo build --release --package live"
+                );
+                return Ok(());
+            }
             ErrorKind::NotFound => refused(
                 "serve",
                 format!("the program {PROGRAM} is neither beside host-sim nor in the path"),

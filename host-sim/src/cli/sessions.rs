@@ -1,7 +1,7 @@
 //! `host-sim replay sessions`.
 
 use super::options::{positive, refused};
-use super::output::JsonOption;
+use super::output::{JsonOption, check_ours};
 use super::progress;
 use super::stdout::width;
 use super::user_recording::StartFrom;
@@ -98,6 +98,9 @@ struct Results<'a> {
 
 impl Sessions {
     pub(super) fn run(&self) -> Result<(), Error> {
+        if let Some(file) = &self.page {
+            check_ours("--page", file, host_report::page::is_ours)?;
+        }
         let (unit_name, entries) = self.entries()?;
         let unit = Unit::load(&unit_name)?;
         in_order(&entries, &unit)?;

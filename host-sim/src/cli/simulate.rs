@@ -51,14 +51,20 @@ const FILES: [&str; 7] = [
     "unit.toml",
     "header.toml",
 ];
-/// Those of them that every simulation has and a recording has not.
-const OURS: [&str; 2] = ["truth.csv", "temperature.csv"];
 
 impl Args {
+    /// Whether the folder holds a simulation: unit file and header begin as they are written here.
+    fn is_simulated(&self) -> bool {
+        let has = |name, what: &str| {
+            let text = std::fs::read_to_string(self.out.join(name));
+            text.is_ok_and(|text| text.lines().take(2).any(|line| line.contains(what)))
+        };
+        has("unit.toml", generic::UNIT_BESIDE) && has("header.toml", "unit = ")
+    }
+
     /// Simulates and writes.
     pub(super) fn run(&self) -> Result<(), Error> {
-        let is_ours = OURS.iter().all(|name| self.out.join(name).is_file());
-        check_free(&self.out, &FILES, self.force || is_ours)?;
+        check_free(&self.out, &FILES, self.force || self.is_simulated())?;
         let mut scenario = self.simulation.scenario.load()?;
         if let Some(name) = &self.vehicle {
             scenario.set_vehicle(name)?;

@@ -5,7 +5,7 @@ use super::corrected::CorrectedOptions;
 use super::options::{UnitOption, refused};
 use super::output::Output;
 use super::progress::{self, ProgressLine, READING, WRITING};
-use super::record_options::{RecordOptions, ReplacedOptions};
+use super::record_options::RecordOptions;
 use super::replay::REPLAYING;
 use super::source::Novatel;
 use clap::Args as ClapArgs;
@@ -48,8 +48,6 @@ pub(super) struct Options {
     learn_s: Option<usize>,
     #[command(flatten)]
     unit: UnitOption,
-    #[command(flatten)]
-    old: ReplacedOptions,
     /// Stop if the samples contradict their description, instead of a warning
     #[arg(long)]
     strict: bool,

@@ -147,7 +147,12 @@ fn unknown(key: &str, name: &str, known: &serde_json::Map<String, Value>) -> Fin
     let nearest = || {
         let names: Vec<String> = known.keys().cloned().collect();
         match host_core::error::nearest_name(name, &names) {
-            Some(close) => format!("write '{close}'"),
+            Some(close) => match other_unit(name, close) {
+                Some([from, to]) => {
+                    format!("write '{close}', and the value in {to}, not in {from}")
+                }
+                None => format!("write '{close}'"),
+            },
             None if names.is_empty() => "leave it out, this table has no keys".into(),
             None => format!("use one of {}", names.join(", ")),
         }
@@ -158,6 +163,35 @@ fn unknown(key: &str, name: &str, known: &serde_json::Map<String, Value>) -> Fin
     let remedy = remedy.map_or_else(nearest, |(_, remedy)| (*remedy).to_owned());
     Finding::wrong(key, "is not a key of this table", remedy)
 }
+
+/// The units of two keys of the same quantity, which are their last words, where they differ.
+fn other_unit<'n>(name: &'n str, close: &'n str) -> Option<[&'n str; 2]> {
+    let (quantity, from) = name.rsplit_once('_')?;
+    let (of, to) = close.rsplit_once('_')?;
+    let is_unit = quantity == of && from != to && UNITS.contains(&to);
+    is_unit.then_some([from, to])
+}
+
+/// Endings of keys that are units.
+const UNITS: [&str; 17] = [
+    "deg",
+    "dph",
+    "dphpg",
+    "dphps",
+    "dps",
+    "dpsqrth",
+    "g",
+    "hz",
+    "m",
+    "mps",
+    "mrad",
+    "ms",
+    "ppm",
+    "s",
+    "ug",
+    "ugpg2",
+    "ugpsqrthz",
+];
 
 fn check_array(schema: &Value, list: &[toml::Value], key: &str, found: &mut Vec<Finding>) {
     let length = |bound: &str| schema[bound].as_u64().map(|n| n as usize);

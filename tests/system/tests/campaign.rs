@@ -159,15 +159,6 @@ fn threads_shards_and_interruptions_do_not_change_a_byte() {
         }
     }
     assert!(lines.next().is_none());
-    for [option, file] in [
-        ["--parquet", "x"],
-        ["--csv", "x.parquet"],
-        ["--json", "x.parquet"],
-    ] {
-        let refused = campaign(d, &["--runs", "1", "--out", "none", option, file]).code(2);
-        let said = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
-        assert!(said.contains("--csv") && said.contains("--json"), "{said}");
-    }
 
     // Results of another campaign are never mixed in or removed.
     campaign(d, &["--runs", "1", "--models", "linear", "--out", "one"]).code(2);

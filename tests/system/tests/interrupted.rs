@@ -120,7 +120,7 @@ const LONG: &[Long] = &[
         Need::Board,
     ),
     long(
-        "campaign --runs 40 --models noise --tuning-units 1 --schemes none,ekf6 --out o \
+        "campaign --runs 40 --models noise --tuning-units 1 --schemes uncorrected,ekf6 --out o \
          --report r.html --json r.json",
         When::After("o/campaign.txt"),
         Need::Nothing,
@@ -136,7 +136,7 @@ const LONG: &[Long] = &[
 /// results, and the file with them; `o` is the directory.
 const RESUMED: &[(&str, &str, &str, &str)] = &[
     (
-        "campaign --runs 3 --jobs 1 --models noise --tuning-units 1 --schemes none,ekf6 --out o",
+        "campaign --runs 3 --jobs 1 --models noise --tuning-units 1 --schemes uncorrected,ekf6 --out o",
         "o/runs/000000.json",
         "--json r.json",
         "r.json",

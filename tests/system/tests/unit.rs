@@ -142,12 +142,6 @@ fn every_command_takes_the_same_option() {
             err.contains("there is no unit 'no-such'"),
             "{args:?}: {err}"
         );
-        let old = [args, &["--preset", "nav"]].concat();
-        let (code, _, err) = host_sim(dir.path(), &old, "");
-        assert!(
-            code == 2 && err.contains("give --unit NAME"),
-            "{args:?}: {err}"
-        );
     }
 }
 

@@ -72,7 +72,7 @@ const WORKS: &[(&str, &str)] = &[
     ),
     (
         "campaign",
-        "campaign --runs 1 --models noise --tuning-units 1 --schemes none,ekf6 --out p",
+        "campaign --runs 1 --models noise --tuning-units 1 --schemes uncorrected,ekf6 --out p",
     ),
     ("campaign merge", "campaign merge p --report p.html"),
     (

@@ -44,6 +44,13 @@ impl Port {
             remedy: remedy.into(),
         };
         if let Some(address) = name.strip_prefix("tcp:") {
+            let port = address
+                .rsplit_once(':')
+                .map(|(_, port)| port.parse::<u16>());
+            if !matches!(port, Some(Ok(_))) {
+                let problem = "has no port number behind the host".into();
+                return Err(refused(problem, "give tcp:HOST:PORT"));
+            }
             let socket = TcpStream::connect(address).and_then(|socket| {
                 socket.set_nodelay(true)?;
                 socket.set_read_timeout(Some(WAIT))?;

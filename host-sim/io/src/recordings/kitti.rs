@@ -68,6 +68,16 @@ pub fn session(file: &Path, skip: usize) -> Result<Session, Error> {
     }
     let first = time.first().copied().unwrap_or_default();
     let epochs = ((time.last().copied().unwrap_or_default() - first) / EPOCH_S) as usize;
+    if epochs == 0 && skip > 0 {
+        return Err(Error::Option {
+            option: "--skip".into(),
+            problem: format!(
+                "is {skip}, which leaves less than a second of {} samples",
+                table.count()
+            ),
+            remedy: "skip fewer".into(),
+        });
+    }
     if epochs == 0 {
         return Err(table.complain(
             table.count() - 1,

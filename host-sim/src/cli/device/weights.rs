@@ -1,5 +1,6 @@
 //! `host-sim device weights`.
 
+use crate::cli::output::check_ours;
 use clap::Subcommand as ClapSubcommand;
 use host_core::error::Error;
 use host_device::device::{Link, check_image, images, load};
@@ -10,7 +11,7 @@ use std::path::{Path, PathBuf};
 /// Commands of `device weights`.
 #[derive(Debug, ClapSubcommand)]
 pub(super) enum Command {
-    /// Read the weights in use into a file of 608 bytes
+    /// Read the weights in use into a file of 684 bytes
     Get {
         /// The file, which appears whole or not at all
         file: PathBuf,
@@ -52,6 +53,9 @@ impl Command {
 }
 
 fn get(link: &mut Link, file: &Path) -> Result<Written, Error> {
+    check_ours("weights get", file, |bytes| {
+        check_image(file, bytes).is_ok()
+    })?;
     let image = link.images()?;
     write_atomic(file, &image)?;
     Ok(Written {

@@ -254,7 +254,8 @@ fn prepare(dir: &Path) {
         [head, &"1,2,3,4,5,6\n".repeat(90_000)].concat().as_bytes(),
     );
     write("box.json", b"{\"blackbox\": 1, \"firmware\": [0, 1, 0]}");
-    let campaign = "campaign --runs 1 --models noise --tuning-units 1 --schemes none --out c";
+    let campaign =
+        "campaign --runs 1 --models noise --tuning-units 1 --schemes uncorrected --out c";
     assert!(host_sim(dir, campaign).status.success());
 }
 

@@ -89,7 +89,7 @@ mod wheels;
 mod write;
 
 pub use header::NamedUnit;
-pub use write::{write, write_readings, write_truth};
+pub use write::{UNIT_BESIDE, write, write_readings, write_truth};
 
 use crate::recordings::corrected::Text;
 use crate::recordings::record::{Kind, Record};
@@ -97,7 +97,7 @@ use crate::recordings::table::{HEAD_LINES, Layout, Separator, Source, Table};
 use crate::recordings::week;
 use fixes::fixes;
 use header::{ACCEL, GYRO, Offset};
-use host_core::error::Error;
+use host_core::error::{Error, excerpt};
 use host_unit::Unit;
 use read::OpenedHeader;
 use start::{initial_attitude, rough_heading, site};
@@ -379,7 +379,10 @@ impl<'a> File<'a> {
                     "the columns seem to be separated by '{other}': say so in '{}.separator'",
                     self.table
                 ),
-                None => format!("use one of {}", self.names.join(", ")),
+                None => {
+                    let names: Vec<String> = self.names.iter().map(|name| excerpt(name)).collect();
+                    format!("use one of {}", names.join(", "))
+                }
             };
             self.read
                 .bad(&format!("{}.{key}", self.table), problem, &remedy)

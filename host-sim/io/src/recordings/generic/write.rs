@@ -15,6 +15,8 @@ use std::path::Path;
 
 /// Name of the unit's file.
 const UNIT: &str = "unit.toml";
+/// First comment of that file.
+pub const UNIT_BESIDE: &str = "The unit of the recording beside it";
 const ATTITUDE: [&str; 3] = ["roll_deg", "pitch_deg", "heading_deg"];
 
 /// Writes the files of a record into `dir`: increments in forward-right-down with the time of their
@@ -42,8 +44,7 @@ pub fn write(record: &Record, unit: Option<&Unit>, dir: &Path) -> Result<(), Err
     }
     let mut text = header(record);
     if let Some(unit) = unit {
-        let about = "The unit of the recording beside it";
-        write_atomic(&dir.join(UNIT), unit.to_text(about)?.as_bytes())?;
+        write_atomic(&dir.join(UNIT), unit.to_text(UNIT_BESIDE)?.as_bytes())?;
         text = format!("unit = \"{UNIT}\"\n\n{text}");
     }
     write_atomic(&dir.join("header.toml"), text.as_bytes())

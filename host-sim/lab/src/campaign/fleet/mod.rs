@@ -34,7 +34,7 @@ use std::path::PathBuf;
 /// training units.
 const FIRST_UNIT: u32 = 3_000_000_000;
 /// Smallest number of units with two drives or more.
-const LEAST_UNITS: usize = 10;
+pub const LEAST_UNITS: usize = 10;
 /// Smallest standard deviation of an error, as a share of the output.
 const LEAST_SIGMA: f64 = 0.01;
 
