@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
 
 use crate::images::{TARGET, apart, target_directory};
 use crate::stage::succeed;
@@ -94,9 +94,7 @@ impl Family {
 /// As [`Family::build`].
 pub fn build(package: &str, target: &str) -> Result<PathBuf> {
     let mut build = apart("build", "firmware/boards", "boards", Some(target))?;
-    build.args(["--release", "--package", package]);
-    let status = build.status().context("cannot start cargo")?;
-    ensure!(status.success(), "building board {package} failed");
+    succeed(build.args(["--release", "--package", package]))?;
     let directory = target_directory()?.join("boards");
     Ok(directory.join(target).join("release").join(package))
 }

@@ -8,10 +8,8 @@ use std::thread;
 use anyhow::Result;
 
 use crate::boards::{DRIVERS, FAMILIES};
-use crate::images::{
-    AGREEMENT, DIFFERENT, PROFILE, TARGET, apart, target_directory, without_paths, workspace,
-};
-use crate::runner::{self, TestSet};
+use crate::images::{AGREEMENT, DIFFERENT, TARGET, apart, for_target, target_directory};
+use crate::runner::TestSet;
 use crate::stage::{Stages, cargo_with, quietly, succeed};
 use crate::{boards, comments, fuzz, mutants, needs, package, reproduce, supply, wheel};
 
@@ -79,7 +77,7 @@ pub fn test(fast: bool) -> Result<ExitCode> {
 
 /// `cargo xtask check`: all other checks. The exit code is the test runner's.
 pub fn check() -> Result<ExitCode> {
-    let stages = Stages::new(17);
+    let stages = Stages::new(16);
     stages.run("dependencies: licences, sources, duplicates", supply::check)?;
     let here = || {
         stages.run("documentation", documentation)?;
@@ -94,7 +92,6 @@ pub fn check() -> Result<ExitCode> {
     stages.run("flash, RAM and panic budgets", || {
         ["size", "boards"].into_iter().try_for_each(measured)
     })?;
-    stages.run("no test is left out", runner::none_is_lost)?;
     TestSet::Slow.run(&stages)
 }
 
@@ -168,17 +165,9 @@ fn miri() -> Result<()> {
 }
 
 fn target_lints() -> Result<()> {
-    let directory = target_directory()?.join("images");
-    TARGET_PACKAGES.iter().try_for_each(|package| {
-        let mut clippy = cargo_with("clippy --quiet --target");
-        clippy
-            .args([TARGET, "--profile", PROFILE, "--package", package])
-            .arg("--target-dir")
-            .arg(&directory)
-            .arg("--")
-            .args(DENIED);
-        succeed(&mut clippy)
-    })
+    TARGET_PACKAGES
+        .iter()
+        .try_for_each(|package| succeed(for_target("clippy", package)?.arg("--").args(DENIED)))
 }
 
 fn target_builds() -> Result<()> {
@@ -193,13 +182,7 @@ fn target_builds() -> Result<()> {
 /// Builds a package into the directory of the images, with their profile. So the size stage and the
 /// tests find the images built.
 fn build_alone(package: &str) -> Result<()> {
-    let mut build = cargo_with("build --quiet --target");
-    build
-        .args([TARGET, "--profile", PROFILE, "--package", package])
-        .arg("--target-dir")
-        .arg(target_directory()?.join("images"));
-    without_paths(&mut build, &workspace());
-    succeed(&mut build)
+    succeed(&mut for_target("build", package)?)
 }
 
 /// Runs all tests. The features are those of the tests, so that nothing is compiled for the budgets

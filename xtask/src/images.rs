@@ -5,9 +5,10 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
 
 use crate::needs;
+use crate::stage::succeed;
 
 /// The target triple.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
@@ -84,6 +85,21 @@ pub fn apart(command: &str, manifest: &str, built: &str, target: Option<&str>) -
     Ok(cargo)
 }
 
+/// cargo for a package and the target, in the folder of the images with their profile: a command.
+/// Options follow.
+///
+/// # Errors
+/// As [`target_directory`].
+pub fn for_target(command: &str, package: &str) -> Result<Command> {
+    let mut cargo = cargo();
+    cargo
+        .args([command, "--quiet", "--target", TARGET])
+        .args(["--profile", PROFILE, "--package", package, "--target-dir"])
+        .arg(target_directory()?.join("images"));
+    without_paths(&mut cargo, &workspace());
+    Ok(cargo)
+}
+
 /// The cases for a board `stm32f405` (`tests/chip`), as the image names them.
 pub const CASES: [&str; 5] = ["clock", "flash", "lines", "digests", "cycles"];
 
@@ -94,9 +110,7 @@ pub const CASES: [&str; 5] = ["clock", "flash", "lines", "digests", "cycles"];
 pub fn cases() -> Result<PathBuf> {
     let mut build = apart("build", "tests/chip", "chip", Some(TARGET))?;
     build.args(["--profile", PROFILE, "--features", "cases"]);
-    build.args(["--bin", "stm32-cases"]);
-    let status = build.status().context("cannot start cargo")?;
-    ensure!(status.success(), "building the cases failed");
+    succeed(build.args(["--bin", "stm32-cases"]))?;
     let built = target_directory()?.join("chip").join(TARGET);
     Ok(built.join(PROFILE).join("stm32-cases"))
 }
@@ -113,22 +127,10 @@ impl Image {
     /// # Errors
     /// cargo cannot be started, or the build fails; cargo has printed why.
     pub fn build(self) -> Result<PathBuf> {
-        let directory = target_directory()?.join("images");
-        let mut build = cargo();
-        build
-            .args(["build", "--quiet", "--profile", PROFILE, "--target", TARGET])
-            .args([
-                "--package",
-                self.package,
-                "--bin",
-                self.name,
-                "--target-dir",
-            ])
-            .arg(&directory);
-        without_paths(&mut build, &workspace());
-        let status = build.status().context("cannot start cargo")?;
-        ensure!(status.success(), "building image {} failed", self.name);
-        Ok(directory.join(TARGET).join(PROFILE).join(self.name))
+        let mut build = for_target("build", self.package)?;
+        succeed(build.args(["--bin", self.name]))?;
+        let built = target_directory()?.join("images").join(TARGET);
+        Ok(built.join(PROFILE).join(self.name))
     }
 
     /// For tests: the built image, or `None`, with a line on standard error, on a machine that

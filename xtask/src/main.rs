@@ -129,8 +129,6 @@ enum Task {
         #[arg(long, value_name = "NUMBER", default_value_t = 0)]
         part: usize,
     },
-    /// Writes a bill of materials (CycloneDX) for each package, with cargo-cyclonedx.
-    Sbom,
     /// Builds the content of a release into target/release-VERSION: images, host-sim, the Python
     /// wheel, bills of materials, checksums, a page.
     Release(release::Order),
@@ -219,7 +217,6 @@ fn main() -> ExitCode {
         Task::Fuzz { long, .. } => fuzz::damage(long),
         Task::Supply => supply::supply(),
         Task::Mutants { part } => mutants::mutants(part),
-        Task::Sbom => supply::sbom(),
         Task::Release(order) => release::release(&order),
         Task::Reproduce => needs::target().and_then(|()| reproduce::reproduce()),
         Task::Scale => scale::scale(),

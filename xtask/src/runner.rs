@@ -3,10 +3,10 @@
 //! workspace, so that features are the same and nothing is compiled twice.
 
 use std::num::NonZero;
-use std::process::{Command, ExitCode, Stdio};
+use std::process::{Command, ExitCode};
 use std::thread;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
 use serde_json::Value;
 
 use crate::images::{REQUIRE, metadata};
@@ -114,37 +114,6 @@ impl TestSet {
             ExitCode::from(status.code().map_or(1, |code| code as u8))
         })
     }
-
-    /// How many tests nextest finds in this part.
-    fn count(self) -> Result<usize> {
-        let mut list = self.cargo(LIST)?;
-        lines(list.args(["--filterset", &self.filter()]))
-    }
-}
-
-/// Every test is in one of the two parts.
-pub fn none_is_lost() -> Result<()> {
-    if !needs::nextest() {
-        return Ok(());
-    }
-    let all = lines(cargo_with(LIST).args(["--workspace", "--tests"]))?;
-    let (quick, slow) = (
-        TestSet::Quick { qemu: true }.count()?,
-        TestSet::Slow.count()?,
-    );
-    eprintln!("        {all} tests: {quick} in `cargo xtask test`, {slow} in `cargo xtask check`");
-    ensure!(all == quick + slow, "{all} tests are not {quick} + {slow}");
-    Ok(())
-}
-
-/// Prints a line for each test.
-const LIST: &str = "nextest list --cargo-quiet --message-format oneline";
-
-/// How many lines a command prints.
-fn lines(command: &mut Command) -> Result<usize> {
-    let output = command.stderr(Stdio::inherit()).output()?;
-    ensure!(output.status.success(), "{}: nextest list", output.status);
-    Ok(String::from_utf8(output.stdout)?.lines().count())
 }
 
 #[cfg(test)]

@@ -1,5 +1,5 @@
-//! `cargo xtask supply` and `sbom`: checks and lists third-party dependencies with standard tools:
-//! `cargo deny` (deny.toml) and `cargo cyclonedx`.
+//! `cargo xtask supply` checks third-party dependencies with `cargo deny` (deny.toml); a release
+//! lists them with `cargo cyclonedx`.
 
 use std::fs;
 use std::path::Path;
@@ -10,7 +10,7 @@ use anyhow::{Context, Result, ensure};
 use crate::images::workspace;
 use crate::stage::{cargo_with, quietly, succeed};
 
-/// Commands that install both tools.
+/// Commands that install the tools.
 const DENY: &str = "cargo install --locked cargo-deny";
 pub const CYCLONEDX: &str = "cargo install --locked cargo-cyclonedx";
 
@@ -53,19 +53,6 @@ pub fn check() -> Result<()> {
         let what = "check -D unmatched-skip -D unnecessary-skip licenses sources bans";
         succeed(deny.args(what.split(' ')))
     })
-}
-
-/// Writes a bill of materials for each package, beside its manifest.
-pub fn sbom() -> Result<ExitCode> {
-    ensure!(
-        has_cyclonedx(),
-        "cargo-cyclonedx is missing; remedy: {CYCLONEDX}"
-    );
-    succeed(&mut cargo_with(
-        "cyclonedx --format json --all-features --target all --override-filename bom",
-    ))?;
-    println!("bom.json in the folder of each package; firmware/bom.json is that of the images");
-    Ok(ExitCode::SUCCESS)
 }
 
 /// Whether `cargo cyclonedx` is installed.

@@ -28,12 +28,6 @@ pub struct Order {
     /// The key that signs updates of the boards that take them (`cargo xtask sign`).
     #[arg(long, value_name = "FILE")]
     update_key: Option<PathBuf>,
-    /// Leaves the Python wheel out.
-    #[arg(long)]
-    skip_wheel: bool,
-    /// Leaves out the boards over third-party drivers (firmware/boards).
-    #[arg(long)]
-    skip_boards: bool,
     /// Only the firmware images, to compare their checksums with those of a release.
     #[arg(long)]
     only_images: bool,
@@ -42,8 +36,7 @@ pub struct Order {
     #[arg(long)]
     snapshot: bool,
     /// Builds nothing: makes what CHANGELOG.md has under `[Unreleased]` the entry of the version.
-    #[arg(long, conflicts_with_all = ["out", "skip_wheel", "skip_boards"])]
-    #[arg(conflicts_with_all = ["only_images", "snapshot"])]
+    #[arg(long, conflicts_with_all = ["out", "only_images", "snapshot"])]
     changelog: bool,
 }
 
@@ -120,27 +113,19 @@ fn fill(release: &Release, order: &Order, log: &str) -> Result<Vec<String>> {
         left_out.push(format!("bills of materials; remedy: {}", supply::CYCLONEDX));
     }
     let mut firmware = parts::own_images(release)?;
-    if order.skip_boards {
-        left_out.push("boards over other drivers: --skip-boards".into());
-    } else {
-        firmware.extend(parts::board_images(release, &mut left_out)?);
-        match &order.update_key {
-            Some(key) => parts::update(release, key)?,
-            None => left_out.push(
-                "h743.update, which must be signed; remedy: --update-key FILE (docs/RELEASES.md)"
-                    .into(),
-            ),
-        }
+    firmware.extend(parts::board_images(release, &mut left_out)?);
+    match &order.update_key {
+        Some(key) => parts::update(release, key)?,
+        None => left_out.push(
+            "h743.update, which must be signed; remedy: --update-key FILE (docs/RELEASES.md)"
+                .into(),
+        ),
     }
     if order.only_images {
         left_out.push("programs and wheel: --only-images".into());
     } else {
         parts::programs(release)?;
-        if order.skip_wheel {
-            left_out.push("wheel: --skip-wheel".into());
-        } else {
-            left_out.extend(parts::python(release)?);
-        }
+        left_out.extend(parts::python(release)?);
     }
     for name in ["LICENSE-MIT", "LICENSE-APACHE"] {
         fs::copy(workspace().join(name), release.folder.join(name)).context(name)?;
