@@ -47,8 +47,8 @@ fn samples(n: usize) -> Vec<Counts> {
 
 type Triads = [[f64; 3]; 2];
 
-/// A value that the sensor calls invalid, however large, adds to no other axis: what is owed next is
-/// as if it were 0.
+/// A value that the sensor calls invalid, however large, adds to no other axis: what is owed next
+/// is as if it were 0.
 #[test]
 fn an_invalid_axis_adds_nothing() {
     let compensator = with(MAPS, 0.01, None);
