@@ -271,7 +271,10 @@ mod tests {
         );
         let (_dir, path) = file("in.csv", drive(50, None).as_bytes());
         assert!(message(&session(&path, 0).unwrap_err()).contains("too early an end"));
-        assert!(message(&session(&path, 60).unwrap_err()).contains("too early an end"));
+        assert!(
+            message(&session(&path, 60).unwrap_err())
+                .contains("is 60, which leaves less than a second")
+        );
         let (_dir, path) = file(
             "in.csv",
             drive(301, Some((7, "0.07,99,0,0,0,0,9.81,0,0,0,0,0,0,0,0,0"))).as_bytes(),
