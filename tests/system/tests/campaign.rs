@@ -205,7 +205,7 @@ fn earlier_drives_can_be_interrupted_and_divided() {
         "--start",
         "mixed",
         "--schemes",
-        "none,ekf6,ekf6-memory,device",
+        "uncorrected,ekf6,ekf6-memory,device",
     ];
     let run = |extra: &[&str]| {
         let args: Vec<&str> = base.iter().chain(extra).copied().collect();

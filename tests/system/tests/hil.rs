@@ -36,7 +36,7 @@ fn ports_that_do_not_open_are_named_with_their_remedy() {
     );
     let text = error(&["--imu", "tcp:nonsense", "--nav", &there]);
     assert!(
-        text.contains("--imu tcp:nonsense: does not connect"),
+        text.contains("--imu tcp:nonsense: has no port number"),
         "{text}"
     );
     let text = error(&["--imu", &there]);

@@ -137,12 +137,12 @@ fn wrong_targets_are_named_before_the_work() {
         (
             "csv",
             "--corrected imu.csv",
-            "--corrected: 'imu.csv' is the recording itself",
+            "--corrected: 'imu.csv' is a file of the recording itself",
         ),
         (
             "csv",
             "--corrected header.toml",
-            "--corrected: 'header.toml' is the recording itself",
+            "--corrected: 'header.toml' is a file of the recording itself",
         ),
         (
             "csv",
@@ -152,7 +152,7 @@ fn wrong_targets_are_named_before_the_work() {
         (
             "csv",
             "--corrected ./imu.csv --force",
-            "--corrected: './imu.csv' is the recording itself",
+            "--corrected: './imu.csv' is a file of the recording itself",
         ),
         ("csv", "--corrected folder", "folder: cannot be written"),
         (
