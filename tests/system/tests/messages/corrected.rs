@@ -146,8 +146,13 @@ fn wrong_targets_are_named_before_the_work() {
         ),
         (
             "csv",
-            "--corrected gnss.csv",
-            "--corrected: 'gnss.csv' is there already; remedy: give another file, or --force",
+            "--corrected gnss.csv --force",
+            "--corrected: 'gnss.csv' is a file of the recording itself",
+        ),
+        (
+            "csv",
+            "--corrected in.mcap",
+            "--corrected: 'in.mcap' is there already; remedy: give another file, or --force",
         ),
         (
             "csv",
