@@ -166,6 +166,14 @@ impl FixAge {
         }
     }
 
+    /// What is known of the arrivals is no longer valid; the least age stays.
+    pub fn begin_again(&mut self) {
+        *self = Self {
+            least_s: self.least_s,
+            ..Self::default()
+        };
+    }
+
     /// The least age as the last time pulse has shown it, s.
     pub fn measured_s(&self) -> Option<f32> {
         self.least_s
@@ -338,6 +346,21 @@ mod tests {
         assert!(near(of(4, 60, 0, None), 0.602));
         assert!(near(of(5, 70, 10, None), 0.802));
         assert_eq!(of(6, 60, 0, Some(1.1)), None);
+    }
+
+    /// After a break of unknown length the delay is still what it was.
+    #[test]
+    fn a_break_is_no_other_delay() {
+        let mut age = FixAge::default();
+        ages(&mut age, 0, &[10; 20]);
+        for second in 20..30 {
+            if second == 20 {
+                age.begin_again();
+            }
+            // 50 samples are missing that nobody has counted
+            let got = age.arrived(100 * second + 10 - 50, second * 1000, PERIOD_S, LEAST_S);
+            assert_eq!((got, age.sooner_s()), (Some(LEAST_S), 0.0));
+        }
     }
 
     #[test]

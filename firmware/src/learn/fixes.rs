@@ -190,8 +190,8 @@ impl<'m> FixLearner<'m> {
     #[inline(never)]
     fn begin_known(&mut self) {
         let bank = &mut self.memory.bank;
-        // what a new unit has taken down in this drive is not known before it
-        let unit = &self.remembered.unit;
+        // not what this drive has taken down: one turn-on would count twice
+        let unit = &self.remembered.before;
         let knows = self.remembered.base.count > 0.0 && unit.recall(bank, &self.shapes);
         if knows {
             unit.carry(&mut self.memory.rehearsal);
@@ -205,7 +205,7 @@ impl<'m> FixLearner<'m> {
             self.remembered.base = Head::NEW;
         }
         let known =
-            (knows && self.remembered.base.drives > 0).then(|| self.remembered.unit.values());
+            (knows && self.remembered.base.drives > 0).then(|| self.remembered.before.values());
         self.remembered
             .judged
             .begin(self.remembered.base.judged, known);
@@ -221,7 +221,7 @@ impl<'m> FixLearner<'m> {
             inputs,
             ..
         } = &self.settings;
-        self.remembered.base = self.remembered.before;
+        self.remembered.base = self.remembered.before.head;
         self.memory.bank.begins((sheet, inputs), *gates);
         self.memory.bank.considers(&self.settings.considered());
         self.remembered.covered = NOWHERE;
@@ -266,12 +266,22 @@ impl<'m> FixLearner<'m> {
         self.put_in_force(ZERO_CORRECTION);
     }
 
-    /// Drops a navigator that has lost its way, and all that this drive has taught. The second time
-    /// the memory of the unit is in doubt too. What acts from power-on takes no further part.
+    /// Drops a navigator that has lost its way, and all that this drive has taught, also what has
+    /// been stored of it. The second time the memory of the unit is in doubt too. What acts from
+    /// power-on takes no further part; what has been found harmful of it stays so.
     fn begin_again(&mut self) {
         let Some(stream) = self.samples.stream else {
             return;
         };
+        let Memory {
+            bank, rehearsal, ..
+        } = &*self.memory;
+        let harms = bank.takes_part(STORED) && rehearsal.harms(STORED);
+        let remembered = &mut self.remembered;
+        remembered.before.head.refuted |= harms;
+        remembered.unit.clone_from(&remembered.before);
+        remembered.withdraws |= remembered.taken_down || harms;
+        remembered.taken_down = false;
         let tally = Tally {
             given_up: self.tally.given_up.saturating_add(1),
             ..self.tally
@@ -284,6 +294,13 @@ impl<'m> FixLearner<'m> {
         self.memory.rehearsal.begin();
         self.begin_from_memory(&stream);
         self.put_in_force(ZERO_CORRECTION);
+    }
+
+    /// A drive begins with what is known of the unit.
+    fn begin_drive(&mut self) {
+        let remembered = &mut self.remembered;
+        remembered.before.clone_from(&remembered.unit);
+        (remembered.taken_down, remembered.withdraws) = (false, false);
     }
 
     /// The hypotheses and the antenna begin, with the memory of the unit.
@@ -431,9 +448,12 @@ impl<'m> FixLearner<'m> {
         [sources.select(gyro), sources.select(accel)]
     }
 
+    /// How many samples are missing is not known, so the arrivals of fixes before cannot be compared
+    /// with those to come.
     fn falls_silent(&mut self) {
         self.lose();
         self.fix_times.pending = pending::PendingFix::default();
+        self.fix_times.age.begin_again();
         self.samples.last = None;
     }
 

@@ -93,6 +93,9 @@ pub struct Report {
     /// By the rehearsals of this drive, the networks that [`Learner::begin`] was given, and that
     /// correct the samples of this drive, navigate worse than none. Until the learner restarts.
     pub stored_harms: bool,
+    /// What this drive has stored, memory and networks, is to be replaced by what was known before:
+    /// it was taught by a navigator that has lost its way.
+    pub withdraws: bool,
 }
 
 /// The promoted hypothesis: networks that may correct the samples.

@@ -142,7 +142,12 @@ impl Flow<'_> {
         }
         pending.next_check_s = CHECK_INTERVAL_S;
         self.count_learnt(block, CHECK_INTERVAL_S);
-        let due = self.pending.unit_memory.is_due();
+        let withdraws = self
+            .learning
+            .port
+            .answer()
+            .is_some_and(|answer| answer.withdraws);
+        let due = withdraws || self.pending.unit_memory.is_due();
         // with a live activation only what is remembered is stored
         let acts = self.session.acts_from_power_on(self.config.activation);
         let nets = acts && self.look_for_nets(due);
@@ -162,6 +167,12 @@ impl Flow<'_> {
         let in_use = &self.config.nets;
         let first = pending.next.is_none() && in_use.same_images(&Nets::NONE);
         let harms = answer.stored_harms && pending.next.is_none() && !first;
+        if answer.withdraws {
+            if pending.next.is_some() {
+                pending.offer(*in_use);
+            }
+            return true;
+        }
         match answer.next {
             Some(next) if due || first || harms => pending.offer(next.nets),
             None if harms => pending.offer(Nets::NONE),

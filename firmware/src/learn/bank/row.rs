@@ -31,9 +31,9 @@ impl<T: Real> Row<T> {
 
 impl<T: Real> Bank<T> {
     /// A rest has shown the errors of the gyros. They score and teach as a fix does, and are
-    /// refused as outliers as its components are.
+    /// refused as outliers as its components are. `counts`: so are the refusals of an outlier.
     #[inline(never)]
-    pub fn rest(&mut self, shown: &[Row<T>; AXES]) {
+    pub fn rest(&mut self, shown: &[Row<T>; AXES], counts: bool) {
         let Gates {
             squared_ratio,
             escape,
@@ -47,7 +47,7 @@ impl<T: Real> Bank<T> {
                 outlier &= innovation.squared_ratio() > squared_ratio || !h.is_healthy();
             });
             let refused = self.refused.get_mut(OBSERVATIONS + k);
-            if refused.is_some_and(|of| of.accepts(row.z.is_finite(), outlier, true, escape)) {
+            if refused.is_some_and(|of| of.accepts(row.z.is_finite(), outlier, counts, escape)) {
                 self.learn_row(k, row);
             }
         }

@@ -82,6 +82,8 @@ pub struct Answer {
     pub equal_scales: bool,
     /// [`Report::stored_harms`].
     pub stored_harms: bool,
+    /// [`Report::withdraws`].
+    pub withdraws: bool,
 }
 
 /// The learner's state, for reports.
@@ -118,6 +120,7 @@ impl Answer {
             navigates: report.navigates,
             equal_scales: report.equal_scales,
             stored_harms: report.stored_harms,
+            withdraws: report.withdraws,
         }
     }
 }

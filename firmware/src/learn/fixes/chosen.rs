@@ -15,6 +15,8 @@ const LEAST_FIXES: u32 = 10;
 /// A drive teaches nothing for the next ones when more than one fix in so many was refused: one
 /// with a wrong fix in six that were believed doubles their error.
 pub const REFUSED: u32 = 8;
+/// A drive teaches nothing while no fix shows that what the sensors do is right, s.
+const ALONE_S: f32 = 10.0;
 
 impl FixLearner<'_> {
     /// Selects the hypothesis in force after a fix.
@@ -82,12 +84,14 @@ impl FixLearner<'_> {
         })
     }
 
-    /// Whether the drive may teach something for the next ones: it has shown something, and the
-    /// fixes do not contradict it.
+    /// Whether the drive may teach something for the next ones: it has shown something, fixes come,
+    /// and they do not contradict it.
     fn teaches(&self) -> bool {
         let (seconds, _) = self.remembered.covered;
         let Tally { used, refused, .. } = self.tally;
-        seconds >= LEAST_S && used >= LEAST_FIXES && refused <= used / REFUSED
+        let in_doubt =
+            self.navigation.probation.doubts() || self.motion.rests.since_fix_s() > ALONE_S;
+        seconds >= LEAST_S && used >= LEAST_FIXES && refused <= used / REFUSED && !in_doubt
     }
 
     /// Whether the map takes part no longer: see [`crate::learn::bank::Bank::has_equal_scales`].
@@ -98,9 +102,13 @@ impl FixLearner<'_> {
     /// Takes down what is known of the unit, if the drive teaches anything. Gives the number of
     /// bytes.
     pub(super) fn take_down(&mut self) -> usize {
+        if core::mem::take(&mut self.remembered.withdraws) {
+            return unit::LEN; // as before the drive
+        }
         if !self.teaches() {
             return 0;
         }
+        self.remembered.taken_down = true;
         if self.has_equal_scales()
             && let Some(stream) = self.samples.stream
         {

@@ -127,7 +127,7 @@ impl Learner for FixLearner<'_> {
 
     fn next_drive(&mut self) {
         self.remember();
-        self.remembered.before = self.remembered.unit.head;
+        self.begin_drive();
         self.restart();
     }
 
@@ -137,7 +137,7 @@ impl Learner for FixLearner<'_> {
 
     fn recall(&mut self, memory: &[u8]) {
         self.remembered.unit.read(memory);
-        self.remembered.before = self.remembered.unit.head;
+        self.begin_drive();
     }
 
     fn learnt(&mut self) -> (Nets, [State; 2]) {
@@ -172,6 +172,7 @@ impl Learner for FixLearner<'_> {
             equal_scales: self.has_equal_scales(),
             stored_harms: self.memory.bank.takes_part(STORED)
                 && self.memory.rehearsal.harms(STORED),
+            withdraws: self.remembered.withdraws,
             ..self.aligned()
         }
     }

@@ -118,12 +118,15 @@ impl Choice {
 /// Memory of the unit.
 #[derive(Debug)]
 pub(super) struct Remembered {
-    /// Memory when the drive began.
-    pub before: Head,
-    /// Memory when the learner began.
+    /// Memory when the drive began, which the learner begins from.
+    pub before: Unit,
+    /// Its counters and scatter when the learner began.
     pub base: Head,
-    /// The stored part of it.
+    /// The memory to be stored.
     pub unit: Unit,
+    /// It is of this drive. What was so and is in doubt now is to be replaced by `before`.
+    pub taken_down: bool,
+    pub withdraws: bool,
     pub judged: Judged,
     /// Of this drive: seconds beside fixes, and the lowest and highest temperature in them.
     pub covered: (f32, [f32; 2]),
@@ -131,9 +134,11 @@ pub(super) struct Remembered {
 
 impl Remembered {
     pub const NOTHING: Remembered = Remembered {
-        before: Head::NEW,
+        before: Unit::NEW,
         base: Head::NEW,
         unit: Unit::NEW,
+        taken_down: false,
+        withdraws: false,
         judged: Judged::NONE,
         covered: NOWHERE,
     };

@@ -60,6 +60,11 @@ const LEAST_UNKNOWN: f32 = 1e-8;
 /// A vehicle stands if the navigator's velocity is less than this, m/s, and so many standard
 /// deviations.
 const STANDS_SIGMAS: f32 = 5.0;
+/// No rest while the navigator is faster than this, m/s, until the sensors have been at rest for so
+/// long, s; and than this, ever (assumed).
+const FAST_MPS: f32 = 3.0;
+const LONG_S: f32 = 30.0;
+const FASTEST_MPS: f32 = 10.0;
 /// Standard deviations of noise beyond which a mean is an error.
 const SURE: f32 = 3.0;
 /// Time without a fix from which a rest shows the velocity, s; and between two of its observations.
@@ -168,6 +173,10 @@ impl Rests {
 impl FixLearner<'_> {
     /// A block has ended: a rest in progress teaches. The interval up to now must be processed.
     pub(super) fn learn_from_rest(&mut self) {
+        if let Some(stream) = &self.samples.stream {
+            self.motion.rests.since_fix_s += stream.block_s();
+            self.motion.rests.since_zero_s += stream.block_s();
+        }
         if self.settings.vehicle == VehicleKind::Ship {
             return;
         }
@@ -176,7 +185,7 @@ impl FixLearner<'_> {
             .align
             .as_ref()
             .and_then(Align::rest)
-            .filter(|rest| rest.seconds >= LEAST_S && self.may_stand());
+            .filter(|rest| rest.seconds >= LEAST_S && self.may_stand(rest.stood_s));
         let of_gyros = rest.map(|rest| self.of_gyros(&rest));
         if self.motion.rests.before.is_none() && of_gyros.is_some() {
             let bank = &self.memory.bank;
@@ -193,20 +202,31 @@ impl FixLearner<'_> {
                 by: by[i],
                 variance,
             });
-            self.memory.bank.rest(&shown);
+            // refusals count beside fixes only: no number of even turns is a rest
+            let counts = self.motion.rests.since_fix_s < ALONE_S;
+            self.memory.bank.rest(&shown, counts);
         }
         self.learn_from_zero_velocity();
     }
 
-    /// Whether the navigator's velocity may be zero; true while nothing navigates.
-    fn may_stand(&self) -> bool {
+    /// Whether the navigator's velocity may be zero after `stood_s` seconds; true while nothing
+    /// navigates. A navigator that knows little would take any smooth cruise for a rest.
+    fn may_stand(&self, stood_s: f32) -> bool {
         let Some(navigator) = self.navigation.course.navigator() else {
             return true;
         };
         let bank = &self.memory.bank;
         let velocity = narrow(navigator.state().velocity);
+        let most = if stood_s < LONG_S {
+            FAST_MPS
+        } else {
+            FASTEST_MPS
+        };
         let mut axes = velocity.into_iter().enumerate();
-        axes.all(|(i, v)| v.abs() <= STANDS_MPS.max(STANDS_SIGMAS * bank.error_doubt(3 + i)))
+        axes.all(|(i, v)| {
+            let doubt = STANDS_SIGMAS * bank.error_doubt(3 + i);
+            v.abs() <= STANDS_MPS.max(doubt.min(most))
+        })
     }
 
     /// What an error of the navigator adds to the mean rate less the Earth's rotation, for each
@@ -288,13 +308,9 @@ impl FixLearner<'_> {
 
     /// While no fixes come, a standstill shows the velocity.
     fn learn_from_zero_velocity(&mut self) -> Option<()> {
-        let stream = self.samples.stream?;
-        let rests = &mut self.motion.rests;
-        rests.since_fix_s += stream.block_s();
-        rests.since_zero_s += stream.block_s();
         let align = self.navigation.align.as_ref()?;
         let rest_s = align.rest().map_or(0.0, |rest| rest.stood_s);
-        let stands = rest_s >= STILL_S as f32 && self.may_stand();
+        let stands = rest_s >= STILL_S as f32 && self.may_stand(rest_s);
         let rests = &mut self.motion.rests;
         if !stands || rests.since_fix_s < ALONE_S || rests.since_zero_s < EVERY_S {
             return None;

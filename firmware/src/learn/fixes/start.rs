@@ -26,6 +26,8 @@ const REFUSED: u8 = 5;
 /// errs in all directions, one that is late errs less, and one that is displaced still measures the
 /// velocity.
 const WRONG: u8 = 60;
+/// What is learnt is in doubt, and not stored, from so many on.
+const DOUBT: u8 = 5;
 /// Large errors: of the velocity, m/s, and of the position where no velocity is measured, m.
 const LARGE: [f32; 2] = [2.0, 20.0];
 
@@ -103,6 +105,11 @@ impl Probation {
             left: PROBATION,
             ..Probation::default()
         }
+    }
+
+    /// What has been learnt is in doubt.
+    pub fn doubts(&self) -> bool {
+        self.wrong > DOUBT
     }
 
     /// The first fix of a second: errors of the navigator by it, and its components that were
@@ -320,6 +327,7 @@ impl FixLearner<'_> {
     #[inline(never)]
     pub(super) fn navigate_since(&mut self, starting: &Starting) -> Option<()> {
         self.navigate(starting.state)?;
+        self.navigation.astray = false;
         let navigator = self.navigation.course.navigator()?;
         let antenna = &self.memory.antenna;
         let innovation = (starting.at.as_ref())

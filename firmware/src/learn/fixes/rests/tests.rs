@@ -152,6 +152,50 @@ fn without_fixes_stops_show_the_velocity() {
     assert!(under_way < 5.0, "{under_way}");
 }
 
+/// However long no fix comes, so that the navigator no longer knows its velocity: a quiet cruise is
+/// no standstill, also after one that was.
+#[test]
+fn a_long_cruise_without_fixes_is_no_standstill() {
+    const CRUISE: Road = Road {
+        speed: |t| 20.0 * ((t - 80.0) / 20.0).clamp(0.0, 1.0),
+        ..Road::STRAIGHT
+    };
+    for seconds in [120, 180, 240, 300] {
+        let mut memory = memory();
+        let mut drive = Drive::new(&mut memory, mems(), CRUISE, Receiver::GOOD, MEMS, 5);
+        drive.seconds(130);
+        drive.receiver = Receiver::NONE;
+        drive.seconds(seconds);
+        let [_, velocity] = drive.error();
+        let sigma = f64::from(drive.learner.bank().error_doubt(3));
+        assert!(velocity < 5.0 * sigma, "{seconds}: {velocity} of {sigma}");
+    }
+}
+
+/// Gyros that are known stay so on a table, or a ship, that turns evenly without fixes; and what it
+/// seems to show is not stored.
+#[test]
+fn an_even_turn_without_fixes_is_no_rest() {
+    const TURNS: Road = Road {
+        speed: |t| 12.0 * (1.0 - ((t - 590.0) / 10.0).clamp(0.0, 1.0)),
+        heading: |t| {
+            1.6 * libm::sin(t.min(600.0) * 0.13) + (0.3 * (t - 600.0).max(0.0)).to_radians()
+        },
+        sway: 0.0,
+        axle: 0.0,
+    };
+    let mut memory = memory();
+    let mut drive = Drive::new(&mut memory, mems(), TURNS, Receiver::GOOD, MEMS, 3);
+    drive.seconds(600);
+    assert!(drive.learner.remember() > 0);
+    drive.receiver = Receiver::NONE;
+    drive.seconds(300);
+    for (error, sigma) in of_gyros(&drive, MEMS) {
+        assert!(error.abs() < 4.0 * sigma, "{error} of {sigma}");
+    }
+    assert_eq!(drive.learner.remember(), 0);
+}
+
 /// A ship does not rest.
 #[test]
 fn a_ship_does_not_rest() {

@@ -2,6 +2,7 @@
 
 use super::super::drive::{Drive, Receiver, Road, mems};
 use super::*;
+use crate::learn::unit;
 
 /// Heading in town, which stays as it is between two times, s.
 fn turns(t: f64, [from, until]: [f64; 2]) -> f64 {
@@ -101,6 +102,53 @@ fn a_navigator_that_has_lost_its_way_is_given_up() {
                 .all(|bias| bias.abs() < 0.02)
         );
     }
+}
+
+/// What a lost navigator has taught is not stored while fixes contradict it; what this drive had
+/// stored before is taken back, and the learner goes on from what it knew at power-on.
+#[test]
+fn what_a_lost_navigator_has_stored_is_taken_back() {
+    let bytes = |drive: &Drive| {
+        let mut bytes = [0; unit::LEN];
+        drive.learner.write_memory(0, &mut bytes);
+        bytes
+    };
+    let mut memory = memory();
+    let mut drive = Drive::new(&mut memory, mems(), TOWN, Receiver::GOOD, BIASES, 1);
+    drive.seconds(600);
+    drive.learner.next_drive();
+    let known = bytes(&drive);
+    drive.begin_unaligned();
+    drive.seconds(600);
+    assert_eq!(drive.learner.remember(), unit::LEN);
+    assert!(bytes(&drive) != known && !drive.learner.report().withdraws);
+    let mut state = drive.learner.nav().unwrap();
+    let turn = [libm::cos(0.9), 0.0, 0.0, libm::sin(0.9)];
+    state.q_bn = nav::vector::product(turn, state.q_bn);
+    let sigmas = [1e-4, 1e-4, 1e-3, 0.05, 0.05, 0.05, 1.0, 1.0, 1.0];
+    drive.learner.navigate_from(state, &sigmas).unwrap();
+    drive.seconds(15);
+    let mut in_doubt = 15;
+    while drive.learner.report().refused_alignments == 0 {
+        assert_eq!(drive.learner.remember(), 0, "after {in_doubt} s");
+        assert!(in_doubt < 300, "it is given up");
+        drive.seconds(1);
+        in_doubt += 1;
+    }
+    assert!(drive.learner.report().withdraws);
+    let means = |drive: &Drive| drive.learner.bank().estimate_of(1).map(f64::from);
+    let errors = BIASES.as_flattened().iter().zip(means(&drive));
+    for (bias, mean) in errors.take(3) {
+        assert!(
+            (bias - mean).abs() < 1e-3,
+            "as it was known: {mean} of {bias}"
+        );
+    }
+    assert_eq!(drive.learner.remember(), unit::LEN);
+    assert!(bytes(&drive) == known && !drive.learner.report().withdraws);
+    drive.seconds(400);
+    let errors = &drive.bias_errors()[..3];
+    assert!(errors.iter().all(|bias| bias.abs() < 0.02), "{errors:?}");
 }
 
 /// A receiver that is four times worse than it says is no lost navigator, nor is one that is

@@ -14,8 +14,8 @@ fn a_refuted_memory_that_is_right_is_refuted_no_longer() {
         let mut drive = Drive::new(&mut memory, mems(), Road::TOWN, Receiver::GOOD, ERRORS, 4);
         drive.seconds(300);
         drive.learner.next_drive();
-        assert!(!drive.learner.remembered.before.refuted);
-        drive.learner.remembered.before.refuted = refuted;
+        assert!(!drive.learner.remembered.before.head.refuted);
+        drive.learner.remembered.before.head.refuted = refuted;
         drive.begin_unaligned();
         assert_eq!(drive.learner.bank().takes_part(STORED), refuted);
         drive.seconds(300);
