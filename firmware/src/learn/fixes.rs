@@ -448,8 +448,8 @@ impl<'m> FixLearner<'m> {
         [sources.select(gyro), sources.select(accel)]
     }
 
-    /// How many samples are missing is not known, so the arrivals of fixes before cannot be compared
-    /// with those to come.
+    /// How many samples are missing is not known, so the arrivals of fixes before cannot be
+    /// compared with those to come.
     fn falls_silent(&mut self) {
         self.lose();
         self.fix_times.pending = pending::PendingFix::default();
