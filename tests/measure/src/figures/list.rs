@@ -51,7 +51,7 @@ pub const FIGURES: &[Figure] = &[
             "--results",
             "docs/RESULTS.md",
         ]),
-        takes: "ten minutes",
+        takes: "five minutes",
         cheap: false,
     },
     Figure {
@@ -67,7 +67,7 @@ pub const FIGURES: &[Figure] = &[
         files: &["docs/figures/memory.csv"],
         what: "memory over power-offs beside classical filters",
         how: How::Here(campaigns::memory),
-        takes: "not measured; what was interrupted goes on",
+        takes: "four minutes; what was interrupted goes on",
         cheap: false,
     },
     Figure {
@@ -75,7 +75,7 @@ pub const FIGURES: &[Figure] = &[
         files: &["docs/figures/memory-causes.csv"],
         what: "the same with single causes of error",
         how: How::Here(campaigns::causes),
-        takes: "not measured; what was interrupted goes on",
+        takes: "eight minutes; what was interrupted goes on",
         cheap: false,
     },
     Figure {
@@ -83,7 +83,7 @@ pub const FIGURES: &[Figure] = &[
         files: &["docs/figures/memory-real.csv"],
         what: "the same with power-ons like those of recorded units",
         how: How::Here(campaigns::real),
-        takes: "four minutes; what was interrupted goes on",
+        takes: "two minutes; what was interrupted goes on",
         cheap: false,
     },
     Figure {
@@ -91,7 +91,7 @@ pub const FIGURES: &[Figure] = &[
         files: &["docs/figures/memory-vehicles.csv"],
         what: "the same in other vehicles",
         how: How::Here(campaigns::vehicles),
-        takes: "not measured; what was interrupted goes on",
+        takes: "four minutes; what was interrupted goes on",
         cheap: false,
     },
     Figure {
