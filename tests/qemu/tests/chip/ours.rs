@@ -90,8 +90,8 @@ fn stream(tools: Tools, broken: Option<&str>) -> Result<()> {
         "line navigation ",
     ];
     let lines = ours(tools, (FAULTS, broken), asked, &names)?;
-    // 22 to 24 frames of 28 bytes: the first ones arrive during the start, which lasts 14 to 19 ms;
-    // the last one may be on its way
+    // 22 to 24 frames of 28 bytes: the first ones arrive during the start, which lasts 14 to 19 ms
+    // and may end within a frame
     let passed = lines[0].rsplit_once(" True ");
     let bytes = passed.and_then(|(_, bytes)| bytes.parse::<u32>().ok());
     ensure!(
