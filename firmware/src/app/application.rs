@@ -75,6 +75,7 @@ impl<'m> App<'m> {
     }
 
     /// An application with a learner, for mode learn.
+    #[inline(never)]
     pub fn with_learner(config: Config, learner: Option<&'m mut dyn Learner>) -> App<'m> {
         let record = config
             .configuration

@@ -223,7 +223,7 @@ impl<'u, S: Progress + Copy> Replay<'u, S> {
         learner: Option<&'static mut dyn Learner>,
     ) -> Self {
         let ([stream, other], [sync, other_sync, wake]) = (wires.streams, wires.pend);
-        let mut replay = Self {
+        Self {
             app: App::with_learner(config, learner),
             background: None,
             lines: Lines {
@@ -244,15 +244,19 @@ impl<'u, S: Progress + Copy> Replay<'u, S> {
             overhead: 0,
             cost: Cost::default(),
             timed: Timed::default(),
-        };
-        if let Some(let_through) = wires.let_through {
-            replay.overhead = replay.rehearse();
+        }
+    }
+
+    /// To be called before the first record, in the place where it stays: it is too large to be on
+    /// the stack twice.
+    pub fn begin(&mut self) {
+        if let Some(let_through) = self.wires.let_through {
+            self.overhead = self.rehearse();
             let_through();
         }
-        if matches!(pace, Pace::Byte | Pace::Dma) {
-            replay.awake(); // a board's loop begins before its sensor does
+        if matches!(self.pace, Pace::Byte | Pace::Dma) {
+            self.awake(); // a board's loop begins before its sensor does
         }
-        replay
     }
 
     /// Runs the learner through this exchange, as on a board: whenever no frame needs the

@@ -106,6 +106,7 @@ fn learner_on_desktop(config: Config, records: &[Record]) -> Outcome {
 }
 
 fn over(mut replay: Replay, records: &[Record]) -> Outcome {
+    replay.begin();
     let mut sent = Vec::new();
     for record in records {
         sent.extend_from_slice(replay.record(record.input, record.at_us, &record.bytes));

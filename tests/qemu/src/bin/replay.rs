@@ -16,8 +16,11 @@ mod target {
         HEADER, Input, LONGEST, Pace, Replay, Wires, config, configured, learning_config,
     };
     use qemu::target::files::File;
-    use qemu::target::{dma, exit, interrupts, output, start_counter};
+    use qemu::target::{dma, exit, interrupts, output, stack_left, start_counter};
     use vectors::Digest;
+
+    /// Bytes of the stack that are never used, since variables lie below it.
+    const SPARE: usize = 1024;
 
     /// Files are read and written in pieces, because a semihosting call costs thousands of
     /// instructions.
@@ -117,20 +120,23 @@ mod target {
         (format, pace, learns): (ImuFormat, Pace, bool),
         wires: Wires<'static, S>,
     ) -> Option<()> {
-        let mut replay = if !learns {
-            Replay::new(config(format), pace, wires)
+        let learner = if learns {
+            Some(qemu::target::learner()?)
         } else {
-            let learner = qemu::target::learner();
-            let config = if pace == Pace::Time {
-                let variant = reader.byte()?;
-                let mut rate = [0; 2];
-                reader.bytes(&mut rate)?;
-                Config::of(&configured(format, variant, u16::from_le_bytes(rate))?)
-            } else {
-                learning_config(format)
-            };
-            Replay::with_learner(config, pace, wires, learner)
+            None
         };
+        let config = if !learns {
+            config(format)
+        } else if pace == Pace::Time {
+            let variant = reader.byte()?;
+            let mut rate = [0; 2];
+            reader.bytes(&mut rate)?;
+            Config::of(&configured(format, variant, u16::from_le_bytes(rate))?)
+        } else {
+            learning_config(format)
+        };
+        let mut replay = Replay::with_learner(config, pace, wires, learner);
+        replay.begin();
         replay.learn_apart(cortex_m::singleton!(: Exchange = Exchange::new())?);
         replay.record_in(cortex_m::singleton!(: Memory = Memory::ZEROED)?);
         while let Some(input) = reader.byte() {
@@ -151,6 +157,10 @@ mod target {
         }
         let (cost, learnt) = (replay.cost(), replay.learnt());
         let mut out = output();
+        if stack_left() < SPARE {
+            writeln!(out, "the stack has overflowed").ok()?;
+            return None;
+        }
         writeln!(out, "records {}", cost.records).ok()?;
         writeln!(out, "bytes {}", writer.bytes).ok()?;
         writeln!(out, "digest {}", writer.digest.value()).ok()?;
