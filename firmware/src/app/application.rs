@@ -74,7 +74,8 @@ impl<'m> App<'m> {
         App::with_learner(config, None)
     }
 
-    /// An application with a learner, for mode learn.
+    /// An application with a learner, for mode learn. Not inlined, so that it is on the caller's
+    /// stack once.
     #[inline(never)]
     pub fn with_learner(config: Config, learner: Option<&'m mut dyn Learner>) -> App<'m> {
         let record = config

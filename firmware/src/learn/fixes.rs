@@ -190,7 +190,7 @@ impl<'m> FixLearner<'m> {
     #[inline(never)]
     fn begin_known(&mut self) {
         let bank = &mut self.memory.bank;
-        // not what this drive has taken down: one turn-on would count twice
+        // not from what this drive has taken down: its turn-on would count twice
         let unit = &self.remembered.before;
         let knows = self.remembered.base.count > 0.0 && unit.recall(bank, &self.shapes);
         if knows {
@@ -273,11 +273,9 @@ impl<'m> FixLearner<'m> {
         let Some(stream) = self.samples.stream else {
             return;
         };
-        let Memory {
-            bank, rehearsal, ..
-        } = &*self.memory;
-        let harms = bank.takes_part(STORED) && rehearsal.harms(STORED);
+        let harms = self.stored_harms();
         let remembered = &mut self.remembered;
+        remembered.harmful = harms;
         remembered.before.head.refuted |= harms;
         remembered.unit.clone_from(&remembered.before);
         remembered.withdraws |= remembered.taken_down || harms;
@@ -301,6 +299,7 @@ impl<'m> FixLearner<'m> {
         let remembered = &mut self.remembered;
         remembered.before.clone_from(&remembered.unit);
         (remembered.taken_down, remembered.withdraws) = (false, false);
+        remembered.harmful = false;
     }
 
     /// The hypotheses and the antenna begin, with the memory of the unit.

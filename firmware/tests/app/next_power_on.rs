@@ -229,6 +229,30 @@ fn what_harms_is_removed_at_the_next_power_on() {
     assert_eq!(wanted(&mut bench), None);
 }
 
+/// What a lost navigator has taught is replaced by what the drive began with, but not by networks
+/// that do harm.
+#[test]
+fn what_a_lost_navigator_has_taught_is_replaced() {
+    for harms in [false, true] {
+        let mut bench = powered(&flash(&with(OLD), &unit()));
+        bench.says.learns.set(vec![1; 40]);
+        bench.says.winner.set(Some(NEW));
+        bench.run(620.0);
+        assert_eq!(wanted(&mut bench).expect("proved").0, with(NEW));
+        bench.says.winner.set(None);
+        bench.says.stored_harms.set(harms);
+        bench.says.withdraws.set(true);
+        let mut last = None;
+        for _ in 0..25 {
+            bench.run(1.0);
+            last = wanted(&mut bench).or(last);
+        }
+        let before = if harms { Nets::NONE } else { with(OLD) };
+        assert_eq!(last.expect("soon").0, before);
+        assert!(bench.take().iter().all(|c| near(*c, OLD, &bench)));
+    }
+}
+
 /// Only in mode learn, and only beside the configuration that is stored.
 #[test]
 fn nothing_is_stored_in_other_modes_or_beside_a_configuration_that_is_not() {

@@ -18,6 +18,7 @@ pub struct Says {
     /// Error of the accelerometer x that it has proved, m/s2.
     pub winner: Shared<Option<f32>>,
     pub stored_harms: Shared<bool>,
+    pub withdraws: Shared<bool>,
     pub still_s: Shared<u32>,
     /// Memory of the unit that it has learnt.
     pub learns: Shared<Vec<u8>>,
@@ -93,6 +94,7 @@ impl Learner for Taught {
             still_s: self.0.still_s.get(),
             navigates: self.0.navigates.get(),
             stored_harms: self.0.stored_harms.get(),
+            withdraws: self.0.withdraws.get(),
             ..Report::default()
         }
     }

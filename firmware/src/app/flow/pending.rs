@@ -157,7 +157,8 @@ impl Flow<'_> {
     }
 
     /// Whether networks are to be stored: those that the learner has proved if a record is `due`,
-    /// at once the first ones, and at once others than those in use where these do harm.
+    /// at once the first ones, and at once others than those in use where these do harm. What a
+    /// lost navigator has taught is replaced by those in use, unless these do harm.
     #[inline(never)]
     fn look_for_nets(&mut self, due: bool) -> bool {
         let Some(answer) = self.learning.port.answer() else {
@@ -168,8 +169,13 @@ impl Flow<'_> {
         let first = pending.next.is_none() && in_use.same_images(&Nets::NONE);
         let harms = answer.stored_harms && pending.next.is_none() && !first;
         if answer.withdraws {
+            let harmless = if answer.stored_harms {
+                Nets::NONE
+            } else {
+                *in_use
+            };
             if pending.next.is_some() {
-                pending.offer(*in_use);
+                pending.offer(harmless);
             }
             return true;
         }

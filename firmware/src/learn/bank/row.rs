@@ -31,7 +31,8 @@ impl<T: Real> Row<T> {
 
 impl<T: Real> Bank<T> {
     /// A rest has shown the errors of the gyros. They score and teach as a fix does, and are
-    /// refused as outliers as its components are. `counts`: so are the refusals of an outlier.
+    /// refused as outliers as its components are. `counts`: whether a refusal counts towards
+    /// [`Gates::escape`].
     #[inline(never)]
     pub fn rest(&mut self, shown: &[Row<T>; AXES], counts: bool) {
         let Gates {

@@ -15,8 +15,8 @@ const LEAST_FIXES: u32 = 10;
 /// A drive teaches nothing for the next ones when more than one fix in so many was refused: one
 /// with a wrong fix in six that were believed doubles their error.
 pub const REFUSED: u32 = 8;
-/// A drive teaches nothing while no fix shows that what the sensors do is right, s.
-const ALONE_S: f32 = 10.0;
+/// A drive teaches nothing while no fix has come for so long, s.
+const NO_FIX_S: f32 = 10.0;
 
 impl FixLearner<'_> {
     /// Selects the hypothesis in force after a fix.
@@ -90,8 +90,16 @@ impl FixLearner<'_> {
         let (seconds, _) = self.remembered.covered;
         let Tally { used, refused, .. } = self.tally;
         let in_doubt =
-            self.navigation.probation.doubts() || self.motion.rests.since_fix_s() > ALONE_S;
+            self.navigation.probation.doubts() || self.motion.rests.since_fix_s() > NO_FIX_S;
         seconds >= LEAST_S && used >= LEAST_FIXES && refused <= used / REFUSED && !in_doubt
+    }
+
+    /// Whether this drive has found the networks harmful that it began with.
+    pub(super) fn stored_harms(&self) -> bool {
+        let Memory {
+            bank, rehearsal, ..
+        } = &*self.memory;
+        self.remembered.harmful || bank.takes_part(STORED) && rehearsal.harms(STORED)
     }
 
     /// Whether the map takes part no longer: see [`crate::learn::bank::Bank::has_equal_scales`].

@@ -5,7 +5,7 @@ use crate::align::Align;
 use crate::compensator::Block;
 use crate::control::{Alignment, Reason};
 use crate::fix::{Fix, Heading};
-use crate::learn::bank::{STORED, ZERO_CORRECTION};
+use crate::learn::bank::ZERO_CORRECTION;
 use crate::learn::prior::Shapes;
 use crate::learn::quantise::{Scale, split};
 use crate::learn::settings::Settings;
@@ -170,8 +170,7 @@ impl Learner for FixLearner<'_> {
             rests: self.motion.rests.number(),
             rest_s: self.rest_s(),
             equal_scales: self.has_equal_scales(),
-            stored_harms: self.memory.bank.takes_part(STORED)
-                && self.memory.rehearsal.harms(STORED),
+            stored_harms: self.stored_harms(),
             withdraws: self.remembered.withdraws,
             ..self.aligned()
         }

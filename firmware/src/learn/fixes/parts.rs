@@ -124,9 +124,12 @@ pub(super) struct Remembered {
     pub base: Head,
     /// The memory to be stored.
     pub unit: Unit,
-    /// It is of this drive. What was so and is in doubt now is to be replaced by `before`.
+    /// `unit` has something of this drive.
     pub taken_down: bool,
+    /// What this drive has stored is to be replaced by `before`.
     pub withdraws: bool,
+    /// A navigator that was given up had found the networks in use harmful.
+    pub harmful: bool,
     pub judged: Judged,
     /// Of this drive: seconds beside fixes, and the lowest and highest temperature in them.
     pub covered: (f32, [f32; 2]),
@@ -139,6 +142,7 @@ impl Remembered {
         unit: Unit::NEW,
         taken_down: false,
         withdraws: false,
+        harmful: false,
         judged: Judged::NONE,
         covered: NOWHERE,
     };

@@ -26,7 +26,7 @@ const REFUSED: u8 = 5;
 /// errs in all directions, one that is late errs less, and one that is displaced still measures the
 /// velocity.
 const WRONG: u8 = 60;
-/// What is learnt is in doubt, and not stored, from so many on.
+/// What is learnt is in doubt, and not stored, while they are ahead by more than so many.
 const DOUBT: u8 = 5;
 /// Large errors: of the velocity, m/s, and of the position where no velocity is measured, m.
 const LARGE: [f32; 2] = [2.0, 20.0];
