@@ -41,16 +41,17 @@ impl Before {
     }
 }
 
-/// The counters once no more fixes arrive: the receiver line is slower than the sensor line and may
-/// still carry the last ones.
-pub(super) fn settled(link: &mut Link) -> Result<Counters, Error> {
+/// The counters once the `sent` fixes of the run have arrived: the receiver line is slower than the
+/// sensor line and may still carry the last ones. What does not arrive is waited for until two
+/// seconds pass without another fix.
+pub(super) fn settled(link: &mut Link, begun: &Counters, sent: usize) -> Result<Counters, Error> {
     let mut last = link.counters()?;
-    for _ in 0..10 {
+    let mut unchanged = 0;
+    while (last.good_fixes.wrapping_sub(begun.good_fixes) as usize) < sent && unchanged < 10 {
         std::thread::sleep(Duration::from_millis(200));
         let now = link.counters()?;
-        if now.good_fixes == last.good_fixes {
-            return Ok(now);
-        }
+        let another = now.good_fixes != last.good_fixes;
+        unchanged = if another { 0 } else { unchanged + 1 };
         last = now;
     }
     Ok(last)

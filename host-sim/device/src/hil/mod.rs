@@ -202,7 +202,9 @@ fn run_configured(
     // a board that had this configuration already does not reset its counters
     let begun = link.counters()?;
     let mut report = send_drive(setup, drive, lines, Some(link), control)?;
-    let ended = board::settled(link)?;
+    let fixes = drive.records.iter().filter(|r| r.input == Input::Gnss);
+    let sent = lines.gnss.as_ref().map_or(0, |_| fixes.count());
+    let ended = board::settled(link, &begun, sent)?;
     let busiest = link.health()?.busiest;
     report.silences = Some(ended.silences.wrapping_sub(begun.silences));
     report.fixes = Some(ended.good_fixes.wrapping_sub(begun.good_fixes));
