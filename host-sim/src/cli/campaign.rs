@@ -33,11 +33,12 @@ pub struct Args {
     jobs: Option<usize>,
     #[command(flatten)]
     scenario: ScenarioOption,
-    /// Groups of simulated errors, separated by commas; also groups of a single cause, of the
-    /// sensors: hysteresis, gradient, heating, scale-temperature, stretched-warm-up, mode-hop,
-    /// thermostat, flicker, g-square, ageing, temperature, warm-up, g-sensitivity, magnetic,
-    /// dither, vibration, size-effect, timing; or of the fixes: coloured-fixes, optimistic-fixes,
-    /// late-fixes, lever-arm, gaps, multipath. A name may join both (noise+late-fixes) and end
+    /// Groups of simulated errors, separated by commas; also real (power-ons as of recorded units)
+    /// and groups of a single cause, of the sensors: hysteresis, gradient, heating, self-heating,
+    /// scale-temperature, softening, stretched-warm-up, thermal-lag, mode-hop, thermostat, flicker,
+    /// g-square, ageing, temperature, warm-up, g-sensitivity, magnetic, dither, vibration,
+    /// vibration-saturation, size-effect, timing; or of the fixes: coloured-fixes,
+    /// optimistic-fixes, late-fixes, lever-arm, gaps, multipath. A name may join both (noise+late-fixes) and end
     /// with +told, if the schemes shall model the cause
     #[arg(
         long,
