@@ -38,8 +38,8 @@ pub struct Args {
     /// scale-temperature, softening, stretched-warm-up, thermal-lag, mode-hop, thermostat, flicker,
     /// g-square, ageing, temperature, warm-up, g-sensitivity, magnetic, dither, vibration,
     /// vibration-saturation, size-effect, timing; or of the fixes: coloured-fixes,
-    /// optimistic-fixes, late-fixes, lever-arm, gaps, multipath. A name may join both (noise+late-fixes) and end
-    /// with +told, if the schemes shall model the cause
+    /// optimistic-fixes, late-fixes, lever-arm, gaps, multipath. A name may join both
+    /// (noise+late-fixes) and end with +told, if the schemes shall model the cause
     #[arg(
         long,
         value_delimiter = ',',
