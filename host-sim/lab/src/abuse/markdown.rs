@@ -41,6 +41,8 @@ pub fn markdown(
         .filter(|of| of.computer == Computer::Plain)
         .collect();
     let plain_that = |is: fn(&Summary) -> bool| plain.iter().filter(|of| is(of)).count();
+    let ending = all.iter().filter(|of| of.gain_kept.is_some()).cloned();
+    let ending: Vec<Summary> = ending.collect();
     let estimating = harming(live).filter(|of| of.computer != Computer::Plain);
     let names: Vec<String> = Computer::ALL.iter().map(|of| format!("`{of}`")).collect();
     let values = [
@@ -84,10 +86,11 @@ pub fn markdown(
             "losing",
             all.iter().filter(|of| of.loses()).count().to_string(),
         ),
+        ("ending", ending.len().to_string()),
         ("counts of harm", counts(all, harm)),
         (
             "counts of losses",
-            counts(all, |of| {
+            counts(&ending, |of| {
                 (of.iter().filter(|of| of.loses()).count(), String::new())
             }),
         ),
