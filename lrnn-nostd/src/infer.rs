@@ -49,7 +49,8 @@ pub struct Step<T = f32> {
     /// The estimated sensor error y_3 * output_scale, in the units of the scale: corrected =
     /// measured - error.
     pub error: [T; NEURONS],
-    /// The fault, if output and error are not new (see [`Fault`]).
+    /// What went wrong. After an input that is not finite, or an overflow of the step, output and
+    /// error are the last ones; otherwise they are new (see [`Fault`]).
     pub fault: Option<Fault>,
 }
 
@@ -75,11 +76,11 @@ impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::NonFiniteInput => {
-                "an input is infinite or NaN, or the target; the last output is repeated"
+                "an input is infinite or NaN, or target or rate; the last output is repeated"
             }
             Self::Overflow => {
-                "the step overflowed, since weights or scales are huge or not finite; the last \
-                 output is repeated"
+                "the step or the descent overflowed, since weights or scales are huge or not \
+                 finite; what overflowed was not taken"
             }
             Self::SensitivityOverflow => {
                 "the sensitivities overflowed, since the feedback is too strong; they begin again"

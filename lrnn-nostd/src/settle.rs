@@ -13,19 +13,20 @@ use crate::state::State;
 use crate::weights::Layer;
 
 /// Newton steps of a layer, at most; fewer when no unit moves by more than the root of the
-/// resolution near 1: the next one would move by less than the resolution. Each unit is solved for
-/// itself with the others as they are; feedback between units converges as far as these steps go.
+/// resolution near 1. Each unit is solved for itself with the others as they are: alone it
+/// converges quadratically, and feedback between units linearly, as far as these steps go.
 const STEPS: usize = 32;
 
 impl<H: Activation, O: Activation, F: Feedback, T: Real> Net<H, O, F, T> {
     /// Sets the state to the one that the network reaches under a constant `input` (physical
     /// units, as for [`Net::step`]). A state that is not finite is not taken: the old one stays.
     ///
-    /// What is found is a steady state wherever all entries of R are within +-0.3, because a layer
-    /// then has one and the search ends there. With stronger feedback there may be none or several,
-    /// and the search may end beside them: a unit that feeds itself by 1 or more stays at 0,
-    /// although with a saturating activation it may have stable states elsewhere. What was found is
-    /// taken in any case, and the steps that follow lead away from it; [`Net::is_steady`] tells.
+    /// What is found is a steady state wherever all entries of R are within +-0.3 in f32 (+-0.25 in
+    /// f64), because a layer then has one and the search ends there. With stronger feedback there
+    /// may be none or several, and the search may end beside them: a unit that feeds itself by 1 or
+    /// more stays at 0, although with a saturating activation it may have stable states elsewhere.
+    /// What was found is taken in any case, and the steps that follow lead away from it;
+    /// [`Net::is_steady`] tells.
     ///
     /// Sensitivities are not settled: they remain as they are, those of no step after
     /// [`crate::Sensitivities::reset`].

@@ -18,13 +18,19 @@ use pyo3::prelude::*;
 pub struct Compensator {
     compensator: compensator::Compensator,
     state: State,
+    /// Samples in the block in progress.
+    in_block: usize,
 }
 
 impl Compensator {
     /// At power-on.
     pub fn of(compensator: compensator::Compensator) -> Self {
         let state = compensator.power_on(false);
-        Self { compensator, state }
+        Self {
+            compensator,
+            state,
+            in_block: 0,
+        }
     }
 }
 
@@ -70,8 +76,8 @@ impl Compensator {
 
     /// Corrects counts, (n, 3) each.
     ///
-    /// temperature: readings of three thermometers at the begin of each block, (blocks, 3),
-    /// degrees C, for networks that temperature drives.
+    /// temperature: readings of three thermometers, (blocks, 3), degrees C, a row for each block
+    /// that begins in this call, for networks that temperature drives.
     ///
     /// Gives corrected counts, (n, 3) each, and the estimates at the end of each block,
     /// (blocks, 2, 3): rad/s and m/s2. The next call goes on where this one ended.
@@ -91,18 +97,22 @@ impl Compensator {
             .transpose()?;
         let temperature = temperature.as_ref().map(|t| t.rows::<3>()).transpose()?;
         let block = usize::from(self.block_samples());
-        if let Some(t) = temperature.filter(|t| t.len() < angles.len().div_ceil(block)) {
-            let problem = format!("has {} rows", t.len());
+        let mut number = self.in_block;
+        let begin = (number + angles.len()).div_ceil(block) - number.div_ceil(block);
+        if let Some(t) = temperature.filter(|t| t.len() < begin) {
+            let problem = format!("has {} rows where {begin} blocks begin", t.len());
             return Err(refused("temperature", problem, "give one for each block"));
         }
+        self.in_block = (number + angles.len()) % block;
         let mut readings = temperature.unwrap_or_default().iter();
-        let mut number = 0;
         let (mut a, mut b) = (
             Vec::with_capacity(angles.len()),
             Vec::with_capacity(angles.len()),
         );
         let mut blocks: Vec<[f32; 3]> = Vec::new();
-        let Self { compensator, state } = self;
+        let Self {
+            compensator, state, ..
+        } = self;
         for (angles, forces) in angles.chunks(PIECE).zip(forces.chunks(PIECE)) {
             py.detach(|| {
                 for (dtheta, dv) in angles.iter().zip(forces) {
@@ -141,6 +151,7 @@ impl Compensator {
     /// State as at power-on.
     fn power_on(&mut self) {
         self.state = self.compensator.power_on(false);
+        self.in_block = 0;
     }
 
     /// The correction in force, (2, 3): rad/s and m/s2.

@@ -2,6 +2,7 @@
 
 use crate::arrays::{few, few_f32, given, named};
 use crate::errors::refused;
+use crate::navigator::positive;
 use crate::network::{Hidden, Network, weights_of};
 use lrnn_nostd::learn::{self, GaussNewton, Guarded, Paper, Rule, StepSizes};
 use lrnn_nostd::{
@@ -79,7 +80,8 @@ fn learner<U: Rule<f32> + Send + Sync + 'static>(network: &Network, rule: U) -> 
 /// The result of a pass of a learner.
 #[pyclass(module = "lrnn_imu", frozen, get_all)]
 pub struct Pass {
-    /// 1/2 sum weight r^2 of the weights that this pass was made with, network units^2 s^2.
+    /// 1/2 sum weight r^2 of the weights that this pass was made with; (network units s)^2 where
+    /// all weights are 1.
     cost: f32,
     /// Whether the rule took these weights as its new starting point.
     accepted: bool,
@@ -149,6 +151,19 @@ fn step_sizes(name: &str, value: &Bound<'_, PyAny>) -> PyResult<StepSizes> {
     })
 }
 
+/// Numbers of a rule, each of which `good` accepts.
+fn all_within<const N: usize>(
+    name: &str,
+    values: [f32; N],
+    good: fn(f32) -> bool,
+    remedy: &str,
+) -> PyResult<()> {
+    match values.into_iter().find(|value| !good(*value)) {
+        Some(value) => Err(refused(name, format!("is {value}"), remedy)),
+        None => Ok(()),
+    }
+}
+
 /// Names of the rules.
 const RULES: [(&str, usize); 3] = [("paper", 0), ("guarded", 1), ("gauss-newton", 2)];
 
@@ -175,9 +190,12 @@ impl Learner {
             None => Ok(()),
         };
         let sizes = |name: &str, value: Option<&Bound<'_, PyAny>>, usual: f32| {
-            value.map_or(Ok(StepSizes::uniform(usual)), |value| {
+            let sizes = value.map_or(Ok(StepSizes::uniform(usual)), |value| {
                 step_sizes(name, value)
-            })
+            })?;
+            let all = [sizes.feedback, sizes.feed_forward, sizes.bias];
+            all_within(name, all, |x| x.is_finite() && x >= 0.0, "give 0 or more")?;
+            Ok::<_, PyErr>(sizes)
         };
         let number = named("rule", rule, &RULES)?;
         if number == 2 {
@@ -203,6 +221,8 @@ impl Learner {
                         Err(_) => few_f32("ridge", ridge)?,
                     },
                 };
+                let good = |ridge: f32| ridge.is_finite() && ridge >= 0.0;
+                all_within("ridge", each, good, "give 0 or more")?;
                 learner(network, GaussNewton::with_ridges(&prior, each))
             }
         };
@@ -255,7 +275,11 @@ impl Learner {
         let weights = weights.map(|w| given::<f32>("weights", w)).transpose()?;
         let (inputs, sums) = (inputs.rows::<3>()?, sums.rows::<3>()?);
         let weights = weights.as_ref().map(|w| w.flat()).transpose()?;
-        if window == 0 || inputs.len() / window.max(1) != sums.len() {
+        positive("dt", f64::from(dt))?;
+        if window == 0 {
+            return Err(refused("window", "is 0", "give 1 or more inputs"));
+        }
+        if inputs.len() / window != sums.len() {
             let problem = format!("has {} rows for {} inputs", sums.len(), inputs.len());
             return Err(refused(
                 "sums",
@@ -272,7 +296,8 @@ impl Learner {
         }
         self.any.begin_pass();
         // about as much time as a piece of a run without gradient
-        for (from, sums) in (0..).step_by(4096).zip(sums.chunks(4096)) {
+        let piece = (65_536 / window).max(1);
+        for (from, sums) in (0..).step_by(piece).zip(sums.chunks(piece)) {
             let any = &mut self.any;
             py.detach(|| {
                 for (k, sum) in (from..).zip(sums) {

@@ -11,6 +11,7 @@ use host_core::inertial::sins::{HeightLoop, Increment, NavState, Samples, Sins};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
+use std::f64::consts::FRAC_PI_2;
 
 /// A strapdown navigator on the WGS-84 ellipsoid, in double precision.
 ///
@@ -27,7 +28,7 @@ const SAMPLES: [Samples; 3] = [Samples::One, Samples::Two, Samples::Three];
 
 pub fn geodetic(value: &Bound<'_, PyAny>) -> PyResult<Geodetic> {
     let [lat, lon, h] = few("position", value)?;
-    if !(lat.abs() < 1.58 && lon.is_finite() && h.is_finite()) {
+    if !(lat.abs() <= FRAC_PI_2 && lon.is_finite() && h.is_finite()) {
         let problem = format!("is ({lat}, {lon}, {h})");
         let remedy = "give latitude and longitude in rad, and height in m";
         return Err(refused("position", problem, remedy));

@@ -14,7 +14,7 @@ use host_core::inertial::gnss::Fix;
 use host_core::inertial::session::{self, EPOCH_S};
 use host_core::inertial::sins::{Increment, NavState};
 use host_estimation::learning::device::{Device, course};
-use host_estimation::learning::fit::fit;
+use host_estimation::learning::fit::{Use, fit};
 use host_estimation::learning::teacher::Assumptions;
 use host_estimation::learning::window::compensator;
 use host_io::recordings::generic;
@@ -246,13 +246,16 @@ impl Session {
             )
         })?;
         let fitted = fitted.ok_or_else(no_attitude)?;
+        let evidence = fitted.evidence.iter();
+        let evidence = evidence.map(|(of, ratio)| (in_use(*of).to_owned(), *ratio));
+        let evidence = evidence.collect();
         let [gyro, accel] = fitted.nets;
         Ok(Learnt {
             gyro,
             accel,
             assumptions: fitted.assumptions,
-            running: "networks".into(),
-            evidence: Vec::new(),
+            running: in_use(fitted.promoted).into(),
+            evidence,
             note: fitted.verdict(),
         })
     }
@@ -268,6 +271,16 @@ impl Session {
     }
 }
 
+/// Which networks a fit uses, as a name.
+fn in_use(of: Use) -> &'static str {
+    match (of.gyro, of.accel) {
+        (true, true) => "networks",
+        (true, false) => "gyro network",
+        (false, true) => "accelerometer network",
+        (false, false) => "zero correction",
+    }
+}
+
 pub fn no_attitude() -> PyErr {
     let remedy = "give a session that begins with at least 90 s of standstill";
     refused("session", "its standstill gives no attitude", remedy)
@@ -279,7 +292,8 @@ pub struct Learnt {
     gyro: lrnn_nostd::Net,
     accel: lrnn_nostd::Net,
     assumptions: Assumptions,
-    /// Name of the hypothesis that has proved itself.
+    /// Name of the hypothesis that has proved itself; of a fit: networks, gyro network,
+    /// accelerometer network or zero correction.
     #[pyo3(get)]
     running: String,
     evidence: Vec<(String, f64)>,

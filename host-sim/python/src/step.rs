@@ -22,7 +22,8 @@ impl Step {
         PyArray1::from_slice(py, &self.0.error)
     }
 
-    /// The fault of the step; then the last output is repeated. None: no fault.
+    /// None, "non-finite input" or "overflow" (the last output is repeated), or "sensitivity
+    /// overflow" (the step is good).
     #[getter]
     fn fault(&self) -> Option<&'static str> {
         self.0.fault.map(fault_name)

@@ -110,6 +110,26 @@ def test_the_compensators_blocks_do_not_depend_on_the_calls(session):
     assert learnt.evidence[0] == ("zero correction", 0.0)
 
 
+def test_a_block_has_its_temperature_wherever_a_call_begins(simulated, session):
+    drive = li.simulate(simulated / "short.toml", 5, learning=True)
+    learnt = drive.fit()
+    assert learnt.running == "networks" and len(learnt.evidence) == 3
+    counts = (session.dtheta_counts, session.dv_counts)
+    at_once = learnt.compensator(session).run(*counts, session.temperature)
+    without = learnt.compensator(session).run(*counts)
+    assert not np.array_equal(at_once[2][:50], without[2][:50])
+    pieces, block = learnt.compensator(session), learnt.compensator(session).block_samples
+    estimates = []
+    for first in range(0, 7770, 777):
+        rows = slice(-(-first // block), -(-(first + 777) // block))
+        piece = (c[first : first + 777] for c in counts)
+        estimates.append(pieces.run(*piece, session.temperature[rows])[2])
+    joined = np.concatenate(estimates)
+    assert_array_equal(joined, at_once[2][: len(joined)])
+    with pytest.raises(ValueError, match="temperature: has 0 rows where [0-9]+ blocks begin"):
+        pieces.run(*(c[:777] for c in counts), session.temperature[:0])
+
+
 @pytest.mark.parametrize("from_arrays", [False, True])
 def test_a_replay_has_the_json_of_the_program(simulated, host_sim, from_arrays, tmp_path):
     header, file = simulated / "drive/header.toml", tmp_path / "replay.json"

@@ -162,7 +162,11 @@ ROWS = np.zeros((4, 3), np.float32)
         (lambda n: li.Learner(n, "adam"), ["rule: is 'adam'", "paper, guarded, gauss-newton"]),
         (lambda n: li.Learner(n, "paper", ridge=1.0), ["ridge: is of no use to rule 'paper'"]),
         (lambda n: li.Network.from_bytes(b"x"), ["image", "remedy"]),
-        (lambda n: li.Learner(n).run_pass(ROWS, ROWS, dt=1, window=0), ["sums"]),
+        (lambda n: li.Learner(n).run_pass(ROWS, ROWS, dt=1, window=0), ["window: is 0"]),
+        (lambda n: li.Learner(n).run_pass(ROWS, ROWS, dt=np.nan, window=1), ["dt: is NaN"]),
+        (lambda n: li.Learner(n, ridge=-1), ["ridge: is -1", "0 or more"]),
+        (lambda n: li.Learner(n, "guarded", steps=np.nan), ["steps: is NaN"]),
+        (lambda n: li.Navigator([1.575, 0, 0], [0, 0, 0], [1, 0, 0, 0]), ["position: is (1.575"]),
     ],
 )
 def test_wrong_arguments_are_refused_in_words(act, words):

@@ -7,6 +7,8 @@
 //! N = sum weight Psi^T Psi,  R = diag ridge
 //! ```
 //!
+//! In lambda R the ridge is the mean diagonal of N scaled by R, and 1 where a ridge is 0.
+//!
 //! With `weight` = 1/sigma^2 of a window's noise and `ridge` = 1/sd^2 of the weights around the
 //! prior this is the maximum a posteriori estimate. The prior keeps 63 parameters from fitting
 //! noise.

@@ -60,8 +60,8 @@ pub trait Rule<T: Real> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[must_use]
 pub struct Pass<T = f32> {
-    /// E of the weights this pass was made with (eq. 3, over windows): 1/2 sum weight r^2, in
-    /// network units^2 s^2.
+    /// E of the weights this pass was made with (eq. 3, over windows): 1/2 sum weight r^2; without
+    /// a unit, or in (network units s)^2 where all weights are 1.
     pub cost: T,
     /// Whether the rule took these weights as its new starting point; otherwise it went back.
     pub accepted: bool,
@@ -154,9 +154,10 @@ impl<U: Rule<T>, H: Activation, O: Activation, F: Feedback, T: Real> Learner<U, 
     }
 
     /// Closes the window of the steps since the last reference. `sum` is the true error summed over
-    /// it (physical units times s, so rad or m/s). `weight` is the inverse variance of its noise,
-    /// in network units times s, or 1. A window of one step with dt = 1 s is the paper's per-sample
-    /// target. Nothing is learnt of an axis whose `output_scale` is 0.
+    /// it (physical units times s, so rad or m/s). `weight` >= 0 is the inverse variance of its
+    /// noise, 1/(network units s)^2, or 1. A sum or weight that is not finite makes the pass one
+    /// that is not accepted. A window of one step with dt = 1 s is the paper's per-sample target.
+    /// Nothing is learnt of an axis whose `output_scale` is 0.
     #[inline]
     pub fn reference(&mut self, sum: [T; NEURONS], weight: T) {
         let r = self.window.residual(&sum, &self.net.normalisation);

@@ -5,7 +5,8 @@ angles in rad, rates in rad/s, forces in m/s2, times in s; names say so where th
 axes are forward-right-down, navigation axes north-east-down.
 
 Arrays come in as views: of the type and shape that the function names, contiguous in C order.
-Arrays go out as memory that NumPy owns. Nothing is converted silently.
+A few numbers may be any sequence, and are rounded to the type that is needed. Arrays go out as
+memory that NumPy owns.
 """
 
 from ._native import (

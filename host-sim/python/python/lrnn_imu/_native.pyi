@@ -54,7 +54,8 @@ class Step:
         """Estimated sensor error, (3,), in units of output_scale: corrected = measured - error."""
     @property
     def fault(self) -> str | None:
-        """The fault of the step; then the last output is repeated. None: no fault."""
+        """None, "non-finite input" or "overflow" (the last output is repeated), or "sensitivity
+        overflow" (the step is good)."""
 
 @final
 class Network:
@@ -132,7 +133,8 @@ class Pass:
 
     @property
     def cost(self) -> float:
-        """1/2 sum weight r^2 of the weights that this pass was made with, network units^2 s^2."""
+        """1/2 sum weight r^2 of the weights that this pass was made with; (network units s)^2 where
+        all weights are 1."""
     @property
     def accepted(self) -> bool:
         """Whether the rule took these weights as its new starting point."""
@@ -255,8 +257,8 @@ class Compensator:
     ) -> tuple[_I32, _I32, _F32]:
         """Corrects counts, (n, 3) each.
 
-        temperature: readings of three thermometers at the begin of each block, (blocks, 3),
-        degrees C, for networks that temperature drives.
+        temperature: readings of three thermometers, (blocks, 3), degrees C, a row for each block
+        that begins in this call, for networks that temperature drives.
 
         Gives corrected counts, (n, 3) each, and the estimates at the end of each block,
         (blocks, 2, 3): rad/s and m/s2. The next call goes on where this one ended.
@@ -391,7 +393,8 @@ class Learnt:
         """The accelerometer network: specific forces in m/s2 to their errors."""
     @property
     def running(self) -> str:
-        """Name of the hypothesis that has proved itself."""
+        """Name of the hypothesis that has proved itself; of a fit: networks, gyro network,
+        accelerometer network or zero correction."""
     def compensator(self, session: Session) -> Compensator:
         """The firmware's compensator with these networks, for the stream of a session."""
     @property

@@ -1,4 +1,4 @@
-//! The covariance of X navigation errors and N parameters, symmetric by construction.
+//! The covariance of X navigation errors and N parameters, symmetric to rounding.
 
 use super::blocks::{
     align_errors, at_least, cross_products, finite, propagate_errors, update_errors,
@@ -316,8 +316,8 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         self.deferred.apply(&mut self.tt);
     }
 
-    /// Raises each variance to at least these values. P stays positive, and what was learnt stays
-    /// open to change over days.
+    /// Raises each variance to at least these values, so that what was learnt stays open to change
+    /// over days.
     pub fn floor(&mut self, error: &[T; X], parameters: &[T; N]) {
         self.apply_deferred();
         for i in 0..X {

@@ -99,6 +99,7 @@ impl<L: ParameterSet, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H
         }
         self.bias = [[T::ZERO; NEURONS]; TRIADS];
         self.maps = [[[T::ZERO; NEURONS]; NEURONS]; TRIADS];
+        self.rest = [[T::ZERO; NEURONS]; TRIADS];
         self.healthy = true;
         self.reset();
     }
@@ -165,7 +166,8 @@ impl<L: ParameterSet, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H
         &self.maps
     }
 
-    /// Maps that are as they are, of a set that learns none.
+    /// Maps that are as they are, of a set that learns none. The networks begin again, as with
+    /// [`Self::reset`].
     pub fn set_maps(&mut self, maps: &Maps<T>) {
         self.maps = *maps;
         self.reset();

@@ -8,6 +8,7 @@
 //! variances. For a bias that is measured in K drives with the variance R each, with the turn-on
 //! variance T, this is the mean of K measurements with the variance T + R.
 
+use super::blocks::at_least;
 use super::{ErrorModel, Kalman, OUTPUTS, ParameterSet, Prior, packed};
 use crate::activation::Activation;
 use crate::real::Real;
@@ -111,7 +112,8 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
                 let unit = self.covariance.parameter(own, own);
                 variance += scale * (both + both + scale * unit);
             }
-            *sigma = variance.sqrt();
+            // a sum that is known much better than its parts may be lost to rounding
+            *sigma = at_least(variance, T::ZERO).sqrt();
         }
         sigma
     }
@@ -284,6 +286,42 @@ mod tests {
             .wrapping_mul(6_364_136_223_846_793_005)
             .wrapping_add(1_442_695_040_888_963_407);
         (*state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+
+    /// The variance of a sum that is known much better than its parts is a small difference of
+    /// large numbers, and may be below 0 in f32.
+    #[test]
+    fn a_sum_that_is_known_well_has_a_deviation() {
+        type Single = Kalman<UnitBiases, 6, 12, 78, Rational, f32>;
+        let net = Net::new(Weights::zero(), Normalisation::identity());
+        let prior = Prior {
+            error_sigma: [0.0; 6],
+            parameter_sigma: core::array::from_fn(|i| if i % 6 < 3 { 0.7 } else { 3.0 }),
+            walk: [0.0; 6],
+            error_floor: [0.0; 6],
+            parameter_floor: 0.0,
+        };
+        let unit: [[f32; 6]; 6] =
+            core::array::from_fn(|i| core::array::from_fn(|j| f32::from(u8::from(i == j))));
+        let second = Transition {
+            phi: unit,
+            gamma: unit,
+            time: 1.0,
+            ..Transition::ZEROED
+        };
+        for measured in [1e-2, 3e-4, 1e-5_f32] {
+            let mut filter = Single::new(ErrorModel::new([net; 2]), prior);
+            filter.step([[0.0; 3]; 2]);
+            filter.propagate(&second, &Correction::NONE);
+            for i in 0..6 {
+                let innovation = filter.innovation(i, 0.5, measured * measured);
+                filter.update(i, innovation);
+            }
+            filter.finish_update();
+            let sigma = filter.bias_sigma();
+            let good = |sigma: &f32| (0.0..=2e-3_f32.max(1.1 * measured)).contains(sigma);
+            assert!(sigma.iter().all(good), "{measured}: {sigma:?}");
+        }
     }
 
     /// A filter that learns biases and maps from sums of sensor errors finds the mean and the

@@ -24,6 +24,16 @@ fn mapped(maps: &Maps<f64>, rest: &[[f64; NEURONS]; TRIADS]) -> Vec<f64> {
         .collect()
 }
 
+/// A model that begins anew in place is a new one, whatever it felt at rest before.
+#[test]
+fn a_model_that_begins_in_place_is_a_new_one() {
+    let numbers = &mut Numbers(12);
+    let nets = nets(numbers);
+    let mut model = learnt::<UnitMap, 30>(numbers);
+    model.init(&nets);
+    assert_eq!(model, Model::<UnitMap, 30>::new(nets));
+}
+
 /// At power-on the estimate is the biases, the map of what is felt at rest, and the biases of an
 /// output layer that has no other input.
 #[test]
