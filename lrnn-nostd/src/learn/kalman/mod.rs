@@ -225,7 +225,8 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
         Self { model, ..new }
     }
 
-    /// As [`Kalman::new`], but in place: a large filter should not be moved across the stack.
+    /// As [`Kalman::new`], but in place: a large filter should not be moved across the stack. What
+    /// the triads feel at rest stays, as with [`ErrorModel::init`].
     pub fn init(&mut self, nets: &[Net<H, Identity, Full, T>; TRIADS], prior: &Prior<X, N, T>) {
         self.begin(nets);
         self.begin_prior(prior);

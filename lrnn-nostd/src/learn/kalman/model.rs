@@ -91,7 +91,8 @@ impl<L: ParameterSet, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H
         model
     }
 
-    /// As [`ErrorModel::new`], but in place.
+    /// As [`ErrorModel::new`], but in place, and what the triads feel at rest stays as it was set
+    /// ([`Self::set_rest`]): zeros, in a model that is new.
     pub fn init(&mut self, nets: &[Net<H, Identity, Full, T>; TRIADS]) {
         self.nets = *nets;
         for net in &mut self.nets {
@@ -99,7 +100,6 @@ impl<L: ParameterSet, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H
         }
         self.bias = [[T::ZERO; NEURONS]; TRIADS];
         self.maps = [[[T::ZERO; NEURONS]; NEURONS]; TRIADS];
-        self.rest = [[T::ZERO; NEURONS]; TRIADS];
         self.healthy = true;
         self.reset();
     }

@@ -24,14 +24,18 @@ fn mapped(maps: &Maps<f64>, rest: &[[f64; NEURONS]; TRIADS]) -> Vec<f64> {
         .collect()
 }
 
-/// A model that begins anew in place is a new one, whatever it felt at rest before.
+/// A model that begins anew in place is a new one, but for what it feels at rest.
 #[test]
 fn a_model_that_begins_in_place_is_a_new_one() {
     let numbers = &mut Numbers(12);
     let nets = nets(numbers);
     let mut model = learnt::<UnitMap, 30>(numbers);
     model.init(&nets);
-    assert_eq!(model, Model::<UnitMap, 30>::new(nets));
+    let mut new = Model::<UnitMap, 30>::new(nets);
+    assert_ne!(model, new);
+    model.set_rest([[0.0; NEURONS]; TRIADS]);
+    new.set_rest([[0.0; NEURONS]; TRIADS]);
+    assert_eq!(model, new);
 }
 
 /// At power-on the estimate is the biases, the map of what is felt at rest, and the biases of an
