@@ -9,7 +9,9 @@ use firmware::inputs::{Inputs as DeviceInputs, Source};
 use firmware::model::IMAGES_LEN;
 use host_core::error::Error;
 use host_io::output::write_atomic;
-use host_lab::campaign::fleet::{Fleet, LEAST_UNITS, Origin, PROGRESS, folders, learn, merge};
+use host_lab::campaign::fleet::{
+    Drive, Fleet, LEAST_UNITS, Origin, PROGRESS, folders, learn, merge,
+};
 use host_lab::campaign::{Campaign, Group};
 use host_unit::Unit;
 use host_unit::networks::Input;
@@ -133,9 +135,11 @@ impl Args {
             written,
         }) = &self.action
         {
-            let unit = unit.load_or("medium")?;
+            let inputs = inputs.parsed()?;
+            let drives = merge(dirs, &inputs)?;
+            let unit = unit_of_shards(&dirs[0], unit)?;
             let files = (output.as_deref(), written);
-            return finish(dirs, &inputs.parsed()?, &unit, files);
+            return finish(&drives, &inputs, &unit, files);
         }
         let pool = pool(self.jobs)?;
         let (fleet, unit) = self.fleet()?;
@@ -153,13 +157,16 @@ impl Args {
         bar.finish_and_clear();
         done?;
         if fleet.shard.1 > 1 {
+            let text = unit.to_text(&format!("host-sim {}", arguments()))?;
+            write_atomic(&self.out.join(UNIT), text.as_bytes())?;
             println!(
                 "the other shards are missing: `host-sim fleet merge` learns from all of them"
             );
             return Ok(());
         }
         let files = (self.output.as_deref(), &self.written);
-        pool.install(|| finish(std::slice::from_ref(&self.out), &fleet.inputs, &unit, files))
+        let drives = merge(std::slice::from_ref(&self.out), &fleet.inputs)?;
+        pool.install(|| finish(&drives, &fleet.inputs, &unit, files))
     }
 
     fn fleet(&self) -> Result<(Fleet, Unit), Error> {
@@ -227,17 +234,16 @@ fn folders_of(dir: &Path) -> Result<Vec<PathBuf>, Error> {
 
 /// Learns from the series, prints and writes.
 fn finish(
-    dirs: &[PathBuf],
+    units: &[Vec<Drive>],
     inputs: &DeviceInputs,
     unit: &Unit,
     (output, written): (Option<&Path>, &Written),
 ) -> Result<(), Error> {
-    let units = merge(dirs)?;
     let bar = bar(
         PROGRESS as u64,
         "{bar:30} learning, {elapsed} elapsed, {eta} left",
     );
-    let prior = learn(&units, inputs, unit, &|| bar.inc(1));
+    let prior = learn(units, inputs, unit, &|| bar.inc(1));
     bar.finish_and_clear();
     let prior = prior?;
     println!("{}", host_report::fleet::table(&prior, stdout::width()));
@@ -253,6 +259,31 @@ fn finish(
     Ok(())
 }
 
+/// The unit file that a shard leaves for the merge.
+const UNIT: &str = "unit.toml";
+
+/// The unit of a fleet's shards, of which `dir` has one; it may be given, but not be another.
+fn unit_of_shards(dir: &Path, given: &UnitOption) -> Result<Unit, Error> {
+    let file = dir.join(UNIT);
+    let unit = match (given.load()?, file.exists()) {
+        (None, false) => {
+            let problem = format!("is missing, and so is {}", file.display());
+            return Err(refused("--unit", problem, "give the --unit of the shards"));
+        }
+        (Some(given), false) => return Ok(given),
+        (given, true) => {
+            let unit = Unit::load(&file.display().to_string())?;
+            if let Some(given) = given.filter(|given| *given != unit) {
+                let problem = format!("is '{}', which is not that of the shards", given.name);
+                let remedy = format!("leave it out: theirs is '{}'", unit.name);
+                return Err(refused("--unit", problem, remedy));
+            }
+            unit
+        }
+    };
+    Ok(unit)
+}
+
 fn write(file: &Path, unit: &Unit, prior: Prior) -> Result<(), Error> {
     let unit = Unit {
         networks: prior.networks(),
@@ -266,4 +297,30 @@ fn write(file: &Path, unit: &Unit, prior: Prior) -> Result<(), Error> {
     write_atomic(file, text.as_bytes())?;
     println!("written: {}", file.display());
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Shards merge into a unit of their own type, whatever is not given.
+    #[test]
+    fn the_unit_of_shards_is_theirs() {
+        let dir = tempfile::tempdir().unwrap();
+        let option = |name: Option<&str>| UnitOption {
+            unit: name.map(str::to_owned),
+        };
+        let of = |name| unit_of_shards(dir.path(), &option(name));
+        let missing = of(None).unwrap_err().to_string();
+        assert!(missing.contains("--unit: is missing"), "{missing}");
+        assert_eq!(of(Some("mems")).unwrap().name, "mems");
+        let text = Unit::load("mems").unwrap().to_text("test").unwrap();
+        std::fs::write(dir.path().join(UNIT), text).unwrap();
+        for given in [None, Some("mems")] {
+            assert_eq!(of(given).unwrap(), Unit::load("mems").unwrap());
+        }
+        let other = of(Some("medium")).unwrap_err().to_string();
+        assert!(other.contains("'medium', which is not"), "{other}");
+        assert!(other.contains("theirs is 'mems'"), "{other}");
+    }
 }

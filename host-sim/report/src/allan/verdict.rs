@@ -41,8 +41,12 @@ pub fn verdict(findings: &Findings) -> String {
                     worst.value / sheet,
                     figures(sheet)
                 ),
-                Some(sheet) => format!(
+                Some(sheet) if worst.high <= sheet => format!(
                     "{noise} as in the datasheet or less ({value} {unit}, datasheet {})",
+                    figures(sheet)
+                ),
+                Some(sheet) => format!(
+                    "{noise} about that of the datasheet ({value} {unit}, datasheet {})",
                     figures(sheet)
                 ),
             }

@@ -170,12 +170,20 @@ impl Fleet {
     }
 }
 
-/// The drives in the directories of a fleet's shards, unit by unit.
+/// The drives in the directories of a fleet's shards with these inputs, unit by unit.
 ///
 /// # Errors
-/// A directory that is not a fleet's, fleets that do not belong together, or a broken file.
-pub fn merge(dirs: &[PathBuf]) -> Result<Vec<Vec<Drive>>, Error> {
-    same_stamp(dirs, &STAMP)?;
+/// A directory that is not a fleet's, fleets that do not belong together, other inputs, or a
+/// broken file.
+pub fn merge(dirs: &[PathBuf], inputs: &Inputs) -> Result<Vec<Vec<Drive>>, Error> {
+    let stamp = same_stamp(dirs, &STAMP)?;
+    if !stamp.trim_end().ends_with(&format!("|{inputs:?}")) {
+        return Err(Error::Option {
+            option: "--inputs".into(),
+            problem: "are not those of the shards".into(),
+            remedy: "give --inputs and --accel-inputs as for the shards".into(),
+        });
+    }
     let mut units: BTreeMap<u32, Vec<Drive>> = BTreeMap::new();
     for drive in gathered::<Drive>(dirs)? {
         units.entry(drive.unit).or_default().push(drive);

@@ -46,7 +46,8 @@ fn shards_merge_to_the_same_prior() {
     };
     assert_eq!(run("all", (0, 1)), 10);
     assert_eq!(run("even", (0, 2)) + run("odd", (1, 2)), 10);
-    let [all, shards] = [vec![at("all")], vec![at("odd"), at("even")]].map(|dirs| merge(&dirs));
+    let [all, shards] =
+        [vec![at("all")], vec![at("odd"), at("even")]].map(|dirs| merge(&dirs, &[INPUTS; 2]));
     let (all, shards) = (all.unwrap(), shards.unwrap());
     assert_eq!(all, shards);
     assert!(all.iter().all(|drives| drives.len() == 2));
@@ -60,6 +61,10 @@ fn shards_merge_to_the_same_prior() {
     other.inputs[0][0] = Source::RateX;
     let error = other.execute(&|| {}).unwrap_err().to_string();
     assert!(error.contains("another fleet"), "{error}");
-    let error = merge(&[at("nowhere")]).unwrap_err().to_string();
+    let wrong = merge(&[at("all")], &other.inputs).unwrap_err().to_string();
+    assert!(wrong.contains("--inputs: are not those"), "{wrong}");
+    let error = merge(&[at("nowhere")], &[INPUTS; 2])
+        .unwrap_err()
+        .to_string();
     assert!(error.contains("nowhere"), "{error}");
 }
