@@ -116,7 +116,7 @@ impl Compensator {
         for (angles, forces) in angles.chunks(PIECE).zip(forces.chunks(PIECE)) {
             py.detach(|| {
                 for (dtheta, dv) in angles.iter().zip(forces) {
-                    if number % block == 0
+                    if number.is_multiple_of(block)
                         && let Some(axes) = readings.next()
                     {
                         state.read_temperature(Vector3::from(*axes).mean() as f32);

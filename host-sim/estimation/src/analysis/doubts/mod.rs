@@ -17,6 +17,7 @@ mod outside;
 mod rests;
 mod signs;
 mod slope;
+mod standstill;
 mod stuck;
 mod table;
 #[cfg(test)]
@@ -242,13 +243,11 @@ pub fn doubts(
         .chain(rate(says, evidence.rate_hz))
         .chain(north::doubt(&evidence, &expected, says))
         .collect();
-    found.extend(table::doubts(
-        &evidence,
-        &expected,
-        says,
-        clock(record),
-        &again,
-    ));
+    let mistakes = table::doubts(&evidence, &expected, says, clock(record), &again);
+    if mistakes.is_empty() {
+        found.extend(standstill::doubt(&evidence, says)); // else the fixes may be what is wrong
+    }
+    found.extend(mistakes);
     if !class.given {
         // without a datasheet, a missing one is more likely than a wrong unit
         let is_rate = |doubt: &Doubt| doubt.0 == says.gyro.name && doubt.1.contains("at rest");

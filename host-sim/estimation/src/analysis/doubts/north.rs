@@ -44,10 +44,10 @@ pub(super) fn doubt(evidence: &Evidence, expected: &Expected, says: &Says) -> Op
              find {heading}, so that the errors of all rows are mostly those of the heading",
             bias / DEG_PER_H
         );
-        let is_header = says.file.extension().is_some_and(|e| e == "toml");
-        let [field, heading] = match is_header {
-            true => ["start.standstill_s", "heading_deg"],
-            false => ["--standstill-s", "--heading"],
+        let field = super::standstill::field(says);
+        let heading = match field {
+            "--standstill-s" => "--heading",
+            _ => "heading_deg",
         };
         let remedy = format!(
             "leave it out: then the attitude is found in motion, with {heading} if you know it; or \

@@ -172,6 +172,43 @@ fn a_right_header_raises_no_doubt_and_every_edit_is_reported() {
     }
 }
 
+/// A standstill that is said to last too long is reported, with its right end where that is long
+/// enough; one that ends too early is none of our business.
+#[test]
+fn a_standstill_that_moves_is_reported() {
+    for preset in ["medium", "tactical"] {
+        let record = Record::from_session(&drive(preset, 120));
+        let files = Files::of(&record, true);
+        let stated = |seconds: &str| {
+            let (from, to) = ("standstill_s = 120", format!("standstill_s = {seconds}"));
+            files.edited(from, &to, (preset, true)).unwrap()
+        };
+        for right in ["100", "120"] {
+            assert_eq!(stated(right), [], "{preset}, {right}");
+        }
+        for wrong in ["140", "300"] {
+            let found = stated(wrong);
+            let [warning] = &found[..] else {
+                panic!("{preset}, {wrong}: {found:?}");
+            };
+            assert_eq!(warning.field, "start.standstill_s");
+            let problem = format!("says {wrong} s, and the fixes move from 12");
+            assert!(warning.problem.starts_with(&problem), "{warning}");
+            let given = warning.remedy.split([' ', ',']).nth(1).unwrap();
+            let given: u32 = given.parse().expect(&warning.remedy);
+            assert!((115..=125).contains(&given), "{warning}");
+        }
+        let road = on_the_road(&drive(preset, 150));
+        let mut moving = Files::of(&road, true);
+        let (start, _) = moving.header.split_once("[start]").unwrap();
+        moving.header = format!("{start}[start]\nstandstill_s = 100\n");
+        let found = moving.edited("[start]", "[start]", (preset, true)).unwrap();
+        let left_out = |warning: &Warning| warning.remedy.starts_with("leave it out");
+        let hit = |w: &Warning| w.field == "start.standstill_s" && left_out(w);
+        assert!(found.iter().any(hit), "{preset}: {found:?}");
+    }
+}
+
 #[test]
 fn radians_called_degrees_are_reported_at_rest_and_in_turns() {
     for preset in ["medium", "tactical"] {
