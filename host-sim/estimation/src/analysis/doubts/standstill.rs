@@ -10,6 +10,8 @@ use super::{Doubt, Says};
 const MOVES_MPS: f64 = 1.0;
 const SIGMAS: f64 = 5.0;
 const FIXES: usize = 3;
+/// A vehicle that starts gently has moved for so long before it is that fast, s.
+const STARTS_S: f64 = 5.0;
 /// The shortest standstill that a header may declare, s.
 const LEAST_S: f64 = 90.0;
 
@@ -37,7 +39,7 @@ pub(super) fn doubt(evidence: &Evidence, says: &Says) -> Option<Doubt> {
         fastest.fold(0.0, f64::max)
     );
     let leave = "leave it out: then the attitude is found in motion";
-    let remedy = match (stood - 1.0).floor() {
+    let remedy = match (stood - STARTS_S).floor() {
         stood if stood >= LEAST_S => format!("give {stood}, or {leave}"),
         _ => leave.into(),
     };

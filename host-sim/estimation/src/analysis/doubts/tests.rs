@@ -196,7 +196,7 @@ fn a_standstill_that_moves_is_reported() {
             assert!(warning.problem.starts_with(&problem), "{warning}");
             let given = warning.remedy.split([' ', ',']).nth(1).unwrap();
             let given: u32 = given.parse().expect(&warning.remedy);
-            assert!((115..=125).contains(&given), "{warning}");
+            assert!((115..=120).contains(&given), "{warning}");
         }
         let road = on_the_road(&drive(preset, 150));
         let mut moving = Files::of(&road, true);
