@@ -151,15 +151,11 @@ fn step_sizes(name: &str, value: &Bound<'_, PyAny>) -> PyResult<StepSizes> {
     })
 }
 
-/// Numbers of a rule, each of which `good` accepts.
-fn all_within<const N: usize>(
-    name: &str,
-    values: [f32; N],
-    good: fn(f32) -> bool,
-    remedy: &str,
-) -> PyResult<()> {
-    match values.into_iter().find(|value| !good(*value)) {
-        Some(value) => Err(refused(name, format!("is {value}"), remedy)),
+/// Numbers of a rule, each finite and not below 0.
+fn not_negative<const N: usize>(name: &str, values: [f32; N]) -> PyResult<()> {
+    let wrong = |value: &f32| !(value.is_finite() && *value >= 0.0);
+    match values.into_iter().find(wrong) {
+        Some(value) => Err(refused(name, format!("is {value}"), "give 0 or more")),
         None => Ok(()),
     }
 }
@@ -193,8 +189,7 @@ impl Learner {
             let sizes = value.map_or(Ok(StepSizes::uniform(usual)), |value| {
                 step_sizes(name, value)
             })?;
-            let all = [sizes.feedback, sizes.feed_forward, sizes.bias];
-            all_within(name, all, |x| x.is_finite() && x >= 0.0, "give 0 or more")?;
+            not_negative(name, [sizes.feedback, sizes.feed_forward, sizes.bias])?;
             Ok::<_, PyErr>(sizes)
         };
         let number = named("rule", rule, &RULES)?;
@@ -221,8 +216,7 @@ impl Learner {
                         Err(_) => few_f32("ridge", ridge)?,
                     },
                 };
-                let good = |ridge: f32| ridge.is_finite() && ridge >= 0.0;
-                all_within("ridge", each, good, "give 0 or more")?;
+                not_negative("ridge", each)?;
                 learner(network, GaussNewton::with_ridges(&prior, each))
             }
         };

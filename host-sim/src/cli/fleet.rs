@@ -264,24 +264,22 @@ const UNIT: &str = "unit.toml";
 
 /// The unit of a fleet's shards, of which `dir` has one; it may be given, but not be another.
 fn unit_of_shards(dir: &Path, given: &UnitOption) -> Result<Unit, Error> {
-    let file = dir.join(UNIT);
-    let unit = match (given.load()?, file.exists()) {
-        (None, false) => {
+    let (given, file) = (given.load()?, dir.join(UNIT));
+    if !file.exists() {
+        return given.ok_or_else(|| {
             let problem = format!("is missing, and so is {}", file.display());
-            return Err(refused("--unit", problem, "give the --unit of the shards"));
+            refused("--unit", problem, "give the --unit of the shards")
+        });
+    }
+    let unit = Unit::load(&file.display().to_string())?;
+    match given {
+        Some(given) if given != unit => {
+            let problem = format!("is '{}', which is not that of the shards", given.name);
+            let remedy = format!("leave it out: theirs is '{}'", unit.name);
+            Err(refused("--unit", problem, remedy))
         }
-        (Some(given), false) => return Ok(given),
-        (given, true) => {
-            let unit = Unit::load(&file.display().to_string())?;
-            if let Some(given) = given.filter(|given| *given != unit) {
-                let problem = format!("is '{}', which is not that of the shards", given.name);
-                let remedy = format!("leave it out: theirs is '{}'", unit.name);
-                return Err(refused("--unit", problem, remedy));
-            }
-            unit
-        }
-    };
-    Ok(unit)
+        _ => Ok(unit),
+    }
 }
 
 fn write(file: &Path, unit: &Unit, prior: Prior) -> Result<(), Error> {

@@ -41,8 +41,8 @@ pub fn markdown(
         .filter(|of| of.computer == Computer::Plain)
         .collect();
     let plain_that = |is: fn(&Summary) -> bool| plain.iter().filter(|of| is(of)).count();
-    let ending = all.iter().filter(|of| of.gain_kept.is_some()).cloned();
-    let ending: Vec<Summary> = ending.collect();
+    let ends = |of: &&Summary| of.gain_kept.is_some();
+    let ending: Vec<Summary> = all.iter().filter(ends).cloned().collect();
     let estimating = harming(live).filter(|of| of.computer != Computer::Plain);
     let names: Vec<String> = Computer::ALL.iter().map(|of| format!("`{of}`")).collect();
     let values = [

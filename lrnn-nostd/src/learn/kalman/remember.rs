@@ -157,20 +157,22 @@ mod tests {
         Kalman::new(ErrorModel::new(nets()), prior)
     }
 
+    /// A second over which the navigator's errors are the sums of the sensors'.
+    fn second<T: Real>() -> Transition<6, T> {
+        let mut second = Transition::ZEROED;
+        second.time = T::ONE;
+        for i in 0..6 {
+            (second.phi[i][i], second.gamma[i][i]) = (T::ONE, T::ONE);
+        }
+        second
+    }
+
     /// A drive in which the sum of each sensor's errors over one second is measured.
     fn drive(filter: &mut Six, errors: [f64; 6]) {
-        let unit: [[f64; 6]; 6] =
-            core::array::from_fn(|i| core::array::from_fn(|j| f64::from(u8::from(i == j))));
-        let second = Transition {
-            phi: unit,
-            gamma: unit,
-            time: 1.0,
-            ..Transition::ZEROED
-        };
         filter.reset_errors(&[0.0; 6]);
         filter.step([[0.0; 3]; 2]);
         // the increments were not corrected, so their sums lack the estimate
-        filter.propagate(&second, &Correction::NONE);
+        filter.propagate(&second(), &Correction::NONE);
         for (i, error) in errors.into_iter().enumerate() {
             let innovation = filter.innovation(i, -error, MEASURED * MEASURED);
             filter.update(i, innovation);
@@ -301,18 +303,10 @@ mod tests {
             error_floor: [0.0; 6],
             parameter_floor: 0.0,
         };
-        let unit: [[f32; 6]; 6] =
-            core::array::from_fn(|i| core::array::from_fn(|j| f32::from(u8::from(i == j))));
-        let second = Transition {
-            phi: unit,
-            gamma: unit,
-            time: 1.0,
-            ..Transition::ZEROED
-        };
         for measured in [1e-2, 3e-4, 1e-5_f32] {
             let mut filter = Single::new(ErrorModel::new([net; 2]), prior);
             filter.step([[0.0; 3]; 2]);
-            filter.propagate(&second, &Correction::NONE);
+            filter.propagate(&second(), &Correction::NONE);
             for i in 0..6 {
                 let innovation = filter.innovation(i, 0.5, measured * measured);
                 filter.update(i, innovation);
@@ -353,10 +347,8 @@ mod tests {
         let mut right = [0.0; 30];
         let mut state = 4;
         let second_of = |felt: &[[f64; 3]; 2]| {
-            let mut second: Transition<6, f64> = Transition::ZEROED;
-            second.time = 1.0;
+            let mut second = second::<f64>();
             for i in 0..6 {
-                (second.phi[i][i], second.gamma[i][i]) = (1.0, 1.0);
                 let from = 9 * (i / 3) + 3 * (i % 3);
                 second.proportional[i][from..from + 3].copy_from_slice(&felt[i / 3]);
             }
