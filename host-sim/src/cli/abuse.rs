@@ -2,7 +2,7 @@
 
 use super::interrupt::asked;
 use super::options::{arguments, pool, refused, shard};
-use super::output::JsonOption;
+use super::output::{JsonOption, output_file};
 use super::progress::bar;
 use super::stdout;
 use clap::{Args as ClapArgs, Subcommand};
@@ -78,7 +78,7 @@ struct Files {
     #[command(flatten)]
     json: JsonOption,
     /// Write a page in Markdown with what matters, and all rows beside it as CSV
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output_file())]
     results: Option<PathBuf>,
 }
 
@@ -186,6 +186,7 @@ fn finish(rows: &[Judged], times: &Times, files: &Files) -> Result<(), Error> {
     names.sort_by_key(|name| rank(name).unwrap_or(usize::MAX));
     let cases = chosen(&names)?;
     let all = summarise(rows, &cases);
+    println!("{}", host_report::abuse::table(&all, stdout::width()));
     files.json.write(&all)?;
     if let Some(file) = &files.results {
         let command = format!("cargo run --release -- {}", arguments());
@@ -197,6 +198,5 @@ fn finish(rows: &[Judged], times: &Times, files: &Files) -> Result<(), Error> {
         )?;
         write_atomic(&rows, csv(&all).as_bytes())?;
     }
-    println!("{}", host_report::abuse::table(&all, stdout::width()));
     Ok(())
 }

@@ -2,7 +2,7 @@
 
 use super::at_rest::{self, AtRest};
 use super::options::{UnitOption, positive, refused, seed};
-use super::output::JsonOption;
+use super::output::{JsonOption, output_directory};
 use super::report::rest::{self, Rest};
 use super::{progress, stdout};
 use clap::Args as ClapArgs;
@@ -51,7 +51,7 @@ pub struct Args {
     #[command(flatten)]
     json: JsonOption,
     /// Directory of a page with pictures (PNG, SVG)
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_parser = output_directory())]
     out: Option<PathBuf>,
     /// Options of `replay` for this form of recording, after --
     #[arg(last = true, value_name = "OPTIONS OF REPLAY")]
@@ -93,8 +93,7 @@ impl Args {
             .out
             .as_deref()
             .map(|dir| host_report::allan::write(&findings, dir))
-            .transpose()?;
-        self.json.write_text(&json)?;
+            .transpose();
         drop(shown);
         println!(
             "Allan deviation of {}\n\n{}\n\n{}",
@@ -103,7 +102,8 @@ impl Args {
             host_report::allan::table(&findings, stdout::width())
         );
         findings.notes.iter().for_each(|note| println!("- {note}"));
-        if let Some(page) = page {
+        self.json.write_text(&json)?;
+        if let Some(page) = page? {
             println!("\nreport: {}", page.display());
         }
         Ok(())

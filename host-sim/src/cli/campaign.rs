@@ -339,6 +339,16 @@ fn finish(done: &Merged, further: &[(Topic, Vec<Row>)], files: &Files) -> Result
     let summary = summarise(&done.rows, setting.start);
     let ratios = ratios(&done.rows, setting.start);
     let said = host_report::campaign::verdict(done, &summary, &ratios, further);
+    for sentence in &said {
+        println!("{sentence}");
+    }
+    if !said.is_empty() {
+        println!();
+    }
+    println!(
+        "{}",
+        host_report::campaign::tables(&summary, &ratios, stdout::width())
+    );
     files.json.write(&JsonOutput {
         verdict: said.first().map(String::as_str),
         rows: &summary,
@@ -368,16 +378,6 @@ fn finish(done: &Merged, further: &[(Topic, Vec<Row>)], files: &Files) -> Result
         let page = host_report::campaign::document(done, &summary, &ratios, further, &made)?;
         write_atomic(file, page.page()?.as_bytes())?;
     }
-    for sentence in &said {
-        println!("{sentence}");
-    }
-    if !said.is_empty() {
-        println!();
-    }
-    println!(
-        "{}",
-        host_report::campaign::tables(&summary, &ratios, stdout::width())
-    );
     Ok(())
 }
 

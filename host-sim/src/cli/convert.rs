@@ -2,7 +2,7 @@
 
 use super::messages::{Euroc, Mcap, Messages, Ubx, Ulog};
 use super::options::refused;
-use super::output::{JsonOption, WrittenRecording, check_free};
+use super::output::{JsonOption, WrittenRecording, check_free, output_directory};
 use super::progress::{self, ProgressLine};
 use super::source::{Csv, KfGins, Novatel};
 use clap::{Args as ClapArgs, Subcommand, ValueEnum};
@@ -88,7 +88,7 @@ struct Target {
     #[arg(long, value_name = "FORM")]
     to: Format,
     /// Directory of the output files
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_parser = output_directory())]
     out: PathBuf,
     /// KF-GINS: added to all times to make them seconds of the week, s
     #[arg(

@@ -1,7 +1,7 @@
 //! `host-sim fleet`.
 
 use super::options::{ScenarioOption, UnitOption, arguments, pool, refused, shard};
-use super::output::{JsonOption, check_ours};
+use super::output::{JsonOption, check_ours, output_file};
 use super::progress::bar;
 use super::stdout;
 use clap::{Args as ClapArgs, Subcommand};
@@ -66,7 +66,7 @@ pub struct Args {
 #[derive(Debug, Clone, ClapArgs)]
 struct Written {
     /// Write the initial networks of a unit of this type, for `device weights put`
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output_file())]
     weights: Option<PathBuf>,
     #[command(flatten)]
     json: JsonOption,

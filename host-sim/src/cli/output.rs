@@ -6,7 +6,7 @@ use super::stdout;
 use clap::Args as ClapArgs;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use host_core::error::Error;
-use host_io::output::write_atomic;
+use host_io::output::{check_directory, check_writable, write_atomic};
 use host_io::recordings::record::Record;
 use host_lab::experiment::outcome::Outcome;
 use host_lab::experiment::results::Report;
@@ -49,9 +49,27 @@ impl JsonOption {
 /// The value of `--json`. A slip of the pen is found before the work.
 fn json_file(file: PathBuf) -> Result<PathBuf, String> {
     match is_of_another_kind(&file) {
-        false => Ok(file),
+        false => can_be_written(file),
         true => Err(format!("{NOT_JSON}; remedy: {ANOTHER_NAME}")),
     }
+}
+
+/// A file that the command will write. That it can is checked before the work.
+pub(super) fn output_file() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(can_be_written)
+}
+
+/// A directory that the command will write to, as [`output_file`].
+pub(super) fn output_directory() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(|directory: PathBuf| {
+        check_directory(&directory).map_err(|of| of.to_string())?;
+        Ok::<_, String>(directory)
+    })
+}
+
+fn can_be_written(file: PathBuf) -> Result<PathBuf, String> {
+    check_writable(&file).map_err(|of| of.to_string())?;
+    Ok(file)
 }
 
 const NOT_JSON: &str = "is there and is not JSON, and would be overwritten";
@@ -167,7 +185,7 @@ pub(super) struct Output {
     #[command(flatten)]
     pub(super) json: JsonOption,
     /// Directory of the report [default: a directory in out/ named after the command]
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_parser = output_directory())]
     out: Option<PathBuf>,
 }
 
@@ -189,8 +207,7 @@ impl Output {
         progress::stage(progress::WRITING);
         // All faults of the results are found before anything is written.
         let json = host_report::json::json(&report.results)?;
-        let page = host_report::page::write(&self.directory(name), report)?;
-        self.json.write_text(&json)?;
+        let page = host_report::page::write(&self.directory(name), report);
         drop(shown);
         let table = host_report::table::table(&report.results, stdout::width());
         println!("{}\n", report.title);
@@ -201,6 +218,9 @@ impl Output {
         for note in &report.notes {
             println!("- {note}");
         }
+        // a full disk takes the files, and not the table
+        let page = page?;
+        self.json.write_text(&json)?;
         println!("\nreport: {}", page.display());
         Ok(())
     }
@@ -218,8 +238,7 @@ impl Output {
             command: format!("host-sim {}", arguments()),
         };
         let directory = self.directory(&format!("replay-{name}"));
-        let page = host_report::replay::write(&directory, &head, outcomes)?;
-        self.json.write(&host_report::json::outcomes(outcomes))?;
+        let page = host_report::replay::write(&directory, &head, outcomes);
         drop(shown);
         let table = host_report::replay::text(outcomes, stdout::width());
         if outcomes.len() > 1 {
@@ -245,6 +264,8 @@ impl Output {
                 println!("- {}, {}: {note}", outcome.recording, outcome.case);
             }
         }
+        let page = page?;
+        self.json.write(&host_report::json::outcomes(outcomes))?;
         println!("\nreport: {}", page.display());
         Ok(())
     }

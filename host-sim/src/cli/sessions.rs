@@ -1,7 +1,7 @@
 //! `host-sim replay sessions`.
 
 use super::options::{positive, refused};
-use super::output::{JsonOption, check_ours};
+use super::output::{JsonOption, check_ours, output_file};
 use super::progress;
 use super::stdout::width;
 use super::user_recording::StartFrom;
@@ -49,7 +49,7 @@ pub(super) struct Sessions {
     start: StartFrom,
     /// Begin with the content of this device's flash, and write it back; a file that does not exist
     /// is a device that knows nothing yet
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output_file())]
     memory: Option<PathBuf>,
     #[command(flatten)]
     json: JsonOption,
@@ -58,7 +58,7 @@ pub(super) struct Sessions {
     #[arg(long, value_name = "SECONDS")]
     paper: Option<f64>,
     /// Write a page (HTML): the error of each session, and what is remembered
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output_file())]
     page: Option<PathBuf>,
 }
 
@@ -163,17 +163,17 @@ impl Sessions {
             rows,
             paper,
         };
-        self.json.write(&results)?;
-        if let Some(file) = &self.page {
-            let page = host_report::sessions::document(&unit.name, &all, plan.start()).page()?;
-            write_atomic(file, page.as_bytes())?;
-        }
         print!(
             "{}",
             host_report::sessions::text(&all, plan.start(), width())
         );
         if let Some(rows) = &results.paper {
             print!("{}", host_report::sessions::paper(rows, width()));
+        }
+        self.json.write(&results)?;
+        if let Some(file) = &self.page {
+            let page = host_report::sessions::document(&unit.name, &all, plan.start()).page()?;
+            write_atomic(file, page.as_bytes())?;
         }
         judged
     }

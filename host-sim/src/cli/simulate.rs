@@ -1,7 +1,7 @@
 //! `host-sim simulate`.
 
 use super::options::Simulation;
-use super::output::{JsonOption, WrittenRecording, check_free};
+use super::output::{JsonOption, WrittenRecording, check_free, output_directory};
 use super::progress;
 use clap::Args as ClapArgs;
 use host_core::error::Error;
@@ -30,7 +30,7 @@ pub struct Args {
     learning: bool,
     /// Directory of imu.csv, gnss.csv, truth.csv, temperature.csv, unit.toml, and of header.toml,
     /// which `replay csv` and `convert csv` read
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_parser = output_directory())]
     out: PathBuf,
     /// Replace files of a recording that is not a simulation
     #[arg(long)]

@@ -2,7 +2,7 @@
 
 use super::interrupt::asked;
 use super::options::{UnitOption, arguments, pool, refused, within};
-use super::output::JsonOption;
+use super::output::{JsonOption, output_file};
 use super::progress::bar;
 use clap::Args as ClapArgs;
 use host_core::error::Error;
@@ -30,7 +30,7 @@ pub struct Args {
     #[command(flatten)]
     json: JsonOption,
     /// Write the tables with explanations as Markdown
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output_file())]
     results: Option<PathBuf>,
 }
 

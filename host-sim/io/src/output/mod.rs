@@ -24,12 +24,39 @@ pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     sink.finish().map_err(|source| Error::writing(path, source))
 }
 
-/// Whether a file can be written at `path`, before the work for it is begun.
+/// Whether a file can be written at `path`, before the work for it is begun. Nothing is left behind,
+/// and a pipe or a device is not opened: its reader would see an end.
 ///
 /// # Errors
 /// [`Error::Unwritable`].
 pub fn check_writable(path: &Path) -> Result<(), Error> {
-    Sink::open(path).map(drop)
+    match std::fs::metadata(path) {
+        Ok(there) if there.is_dir() => Err(Error::writing(
+            path,
+            std::io::ErrorKind::IsADirectory.into(),
+        )),
+        Ok(there) if !there.is_file() => Ok(()),
+        _ => {
+            let target = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+            makes_files(directory_of(&target)).map_err(|source| Error::writing(path, source))
+        }
+    }
+}
+
+/// Whether files can be written in the directory at `path`, which need not exist. Nothing is left
+/// behind.
+///
+/// # Errors
+/// [`Error::Unwritable`].
+pub fn check_directory(path: &Path) -> Result<(), Error> {
+    makes_files(path).map_err(|source| Error::writing(path, source))
+}
+
+/// Makes and removes a file in `directory`, or in the nearest directory above it that exists.
+fn makes_files(directory: &Path) -> std::io::Result<()> {
+    let mut above = directory.ancestors();
+    let there = above.find(|at| std::fs::symlink_metadata(at).is_ok());
+    temporary_file(there.unwrap_or(Path::new("."))).map(drop)
 }
 
 /// A file that is being written and does not have its final name yet.

@@ -7,7 +7,7 @@ mod print;
 pub(super) mod rest;
 
 use super::options::{arguments, refused};
-use super::output::JsonOption;
+use super::output::{JsonOption, output_directory, output_file};
 use super::progress::{self, WRITING};
 use super::user_recording::STAGES;
 use clap::Args as ClapArgs;
@@ -15,7 +15,6 @@ use host_core::error::Error;
 use host_core::simulator::gnss::GnssSpec;
 use host_estimation::analysis::allan::findings::Findings;
 use host_estimation::analysis::learnability::{Answer, Question, answer};
-use host_io::output::check_writable;
 use host_reading::form::{self, Form};
 use host_report::unit::{Contents, PartResult, Report};
 use host_unit::Unit;
@@ -54,10 +53,10 @@ pub struct Args {
     #[command(flatten)]
     json: JsonOption,
     /// Directory of the page and the weights
-    #[arg(long, value_name = "DIR", default_value = "out/report")]
+    #[arg(long, value_name = "DIR", default_value = "out/report", value_parser = output_directory())]
     out: PathBuf,
     /// Also print the page into this file, with Chromium, which must be installed
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output_file())]
     pdf: Option<PathBuf>,
     /// Options of `replay` for this form of recording, after --
     #[arg(last = true, value_name = "OPTIONS OF REPLAY")]
@@ -71,7 +70,6 @@ impl Args {
             let problem = format!("has {} characters", text.chars().count());
             return Err(refused("--date", problem, "give at most 200"));
         }
-        self.pdf.as_deref().map_or(Ok(()), check_writable)?;
         let unit = self.unit.as_deref().map(Unit::load).transpose()?;
         let last = [(NOISE, 0.2), (LEARNABLE, 0.2)];
         let shown =
@@ -82,13 +80,14 @@ impl Args {
         };
         progress::stage(WRITING);
         let report = Report::of(&contents)?;
-        let page = report.write(&self.out)?;
+        let page = report.write(&self.out);
         let document = report.document();
-        self.json.write(&document.json())?;
         drop(shown);
         for sentence in document.verdict() {
             println!("{sentence}");
         }
+        let page = page?;
+        self.json.write(&document.json())?;
         println!("\nreport: {}", page.display());
         if let Some(pdf) = &self.pdf {
             print::print(&page, pdf)?;

@@ -2,6 +2,7 @@
 
 use super::{base, doubts, free};
 use crate::cli::options::refused;
+use crate::cli::output::output_file;
 use clap::Args as ClapArgs;
 use host_core::error::Error;
 use host_core::inertial::units::{DEG_PER_H, DEG_PER_SQRT_H, UG, UG_PER_SQRT_HZ};
@@ -23,19 +24,19 @@ pub(super) struct Outputs {
     #[arg(long, value_name = "NAME|FILE.toml")]
     unit: Option<String>,
     /// Write the unit file with what is known now
-    #[arg(long, value_name = "FILE.toml", requires = "unit")]
+    #[arg(long, value_name = "FILE.toml", requires = "unit", value_parser = output_file())]
     output: Option<PathBuf>,
     /// Write the accelerometers' calibration for imu_tk
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output_file())]
     imu_tk: Option<PathBuf>,
     /// Write it for imu_calib
-    #[arg(long, value_name = "FILE.yaml")]
+    #[arg(long, value_name = "FILE.yaml", value_parser = output_file())]
     imu_calib: Option<PathBuf>,
     /// Write noise and matrices as IMU YAML of Kalibr; needs --unit for the noise
-    #[arg(long, value_name = "FILE.yaml", requires = "unit")]
+    #[arg(long, value_name = "FILE.yaml", requires = "unit", value_parser = output_file())]
     kalibr: Option<PathBuf>,
     /// Write it as weights for `device weights put`
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output_file())]
     weights: Option<PathBuf>,
     /// Replace files that are there
     #[arg(long)]

@@ -2,6 +2,7 @@
 //! rotation and velocity gained in steps of a tenth of a second, and the fixes.
 
 use super::change::Change;
+use host_core::inertial::rotation::to_euler;
 use host_io::recordings::InitialAttitude;
 use host_io::recordings::record::{Record, TimedFix};
 use nalgebra::Vector3;
@@ -31,6 +32,8 @@ pub(super) struct Evidence {
     pub(super) fixes: Vec<TimedFix>,
     /// Start and end of the time for which the recording says that it stands, s.
     pub(super) declared: Option<[f64; 2]>,
+    /// Time at which the recording states a heading, s, that heading and its standard deviation, rad.
+    pub(super) heading: Option<(f64, [f64; 2])>,
     /// Samples a second by the time stamps.
     pub(super) rate_hz: f64,
 }
@@ -43,6 +46,10 @@ impl Evidence {
             Some(InitialAttitude::Standstill(s)) => Some([begins, begins + s as f64]),
             _ => None,
         };
+        let heading = match record.initial_attitude {
+            Some(InitialAttitude::Known(attitude)) => Some([to_euler(&attitude).2, 0.0]),
+            _ => record.rough_heading,
+        };
         let span = record.time.end().zip(record.time.start());
         let steps = record.time.len().saturating_sub(1) as f64;
         Self {
@@ -50,6 +57,7 @@ impl Evidence {
             sums,
             fixes: record.fixes.clone(),
             declared,
+            heading: heading.map(|stated| (begins, stated)),
             rate_hz: span.map_or(f64::NAN, |(last, first)| steps / (last - first)),
         }
     }

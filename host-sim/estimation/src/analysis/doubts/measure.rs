@@ -19,7 +19,7 @@ const ONE_WAY: f64 = 0.95;
 /// Smallest reported ratio of rotation and change of course, as a factor either way; and the one
 /// where they turn together as on a road, by so much correlation. A ship yaws in waves.
 const TURNING: [f64; 2] = [2.5, 1.7];
-const AS_ONE: f64 = 0.95;
+pub(super) const AS_ONE: f64 = 0.95;
 /// Smallest reported difference of positions and velocities, as a share of the speed.
 const APART: f64 = 0.3;
 /// Time between positions that are compared with velocities, s: horizontal, and vertical.

@@ -10,6 +10,7 @@
 mod ahead;
 mod change;
 mod evidence;
+mod heading;
 mod measure;
 mod mistakes;
 mod north;
@@ -245,7 +246,9 @@ pub fn doubts(
         .collect();
     let mistakes = table::doubts(&evidence, &expected, says, clock(record), &again);
     if mistakes.is_empty() {
-        found.extend(standstill::doubt(&evidence, says)); // else the fixes may be what is wrong
+        // else the fixes may be what is wrong
+        found.extend(standstill::doubt(&evidence, says));
+        found.extend(heading::doubt(&evidence, &expected, says));
     }
     found.extend(mistakes);
     if !class.given {

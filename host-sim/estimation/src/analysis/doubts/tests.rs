@@ -209,6 +209,44 @@ fn a_standstill_that_moves_is_reported() {
     }
 }
 
+/// A heading that the drive contradicts is reported with the right one, whether the whole attitude
+/// is stated or the heading alone.
+#[test]
+fn a_heading_that_the_courses_contradict_is_reported() {
+    let mut record = on_the_road(&drive("tactical", 150));
+    let Some(InitialAttitude::Known(attitude)) = record.initial_attitude else {
+        unreachable!();
+    };
+    let right = attitude.euler_angles().2 / DEG;
+    record.initial_attitude = None;
+    record.rough_heading = Some([right * DEG, 10.0 * DEG]);
+    let rough = Files::of(&record, true);
+    record.initial_attitude = Some(InitialAttitude::Known(attitude));
+    let whole = Files::of(&record, true);
+    for (files, reported) in [(whole, 25.0), (rough, 45.0)] {
+        let line = files.header.lines().find(|l| l.starts_with("heading_deg"));
+        let line = line.unwrap();
+        let off = |degrees: f64| {
+            let to = format!("heading_deg = {}", right + degrees);
+            files.edited(line, &to, ("tactical", true)).unwrap()
+        };
+        for small in [0.0, 10.0, -10.0] {
+            assert_eq!(off(small), [], "{small}");
+        }
+        for wrong in [reported, -reported, 90.0, 180.0] {
+            let found = off(wrong);
+            let [warning] = &found[..] else {
+                panic!("{wrong}: {found:?}");
+            };
+            assert_eq!(warning.field, "start.heading_deg");
+            let given = warning.remedy.split([' ', ',']).nth(1).unwrap();
+            let given: f64 = given.parse().expect(&warning.remedy);
+            let missed = (given - right + 540.0).rem_euclid(360.0) - 180.0;
+            assert!(missed.abs() < 3.0, "{right}: {warning}");
+        }
+    }
+}
+
 #[test]
 fn radians_called_degrees_are_reported_at_rest_and_in_turns() {
     for preset in ["medium", "tactical"] {

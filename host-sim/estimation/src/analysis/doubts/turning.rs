@@ -87,7 +87,7 @@ impl Course {
     }
 
     /// Whether it is fast enough for a meaningful direction.
-    fn is_fast(&self) -> bool {
+    pub(super) fn is_fast(&self) -> bool {
         self.speed() > COURSE_MPS.max(3.0 * self.sigma)
     }
 
