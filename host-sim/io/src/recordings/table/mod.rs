@@ -72,7 +72,8 @@ pub struct Layout<'a, T = f64> {
     /// From this one of the columns wanted on, any cell that is no number counts as a gap, or as
     /// what its word says.
     pub loose: usize,
-    /// Whether a first or a last line that is not whole is left out, with a note.
+    /// Whether a first or a last line that is not whole is left out, with a note, and empty lines
+    /// are. Without it they may stand for samples that are missing, and are errors.
     pub cut: bool,
 }
 
@@ -121,48 +122,9 @@ impl<T: Cell> Table<T> {
             lines: Vec::new(),
             notes: Vec::new(),
         };
-        let (mut row, mut lines) = (Vec::with_capacity(names.len()), source.lines()?);
-        // a line with a fault, which only the first and the last may have
-        let mut faulty: Option<(usize, Error)> = None;
-        let mut end = 0;
-        // a line that is cut if no other follows
-        let mut last: Option<(usize, Vec<T>)> = None;
-        while let Some(line) = lines.next()? {
-            if line <= layout.skip || lines.trails() {
-                continue;
-            }
-            if let Some((line, row)) = last.take() {
-                table.keep(line, &row, count, &mut rest)?;
-            }
-            let read = table.cells(line, &lines, layout, &names, &mut row);
-            if layout.cut && read.is_err() && lines.cell(0).starts_with(['#', '%']) {
-                continue; // a comment
-            }
-            // a last line that has all its values may lack digits of the last one
-            let lacks = lines.is_cut() && (lines.end() < end || lines.cut_short().is_some());
-            end = lines.end();
-            if layout.cut && table.rows > 0 && read.is_ok() && lacks && faulty.is_none() {
-                last = Some((line, row.clone()));
-                continue;
-            }
-            match (faulty.take(), read) {
-                (Some((_, fault)), _) if table.rows > 0 || !layout.cut => return Err(fault),
-                (Some((_, fault)), Err(_)) => return Err(fault),
-                (None, Err(fault)) => {
-                    faulty = Some((line, fault));
-                    continue;
-                }
-                (Some((at, _)), Ok(())) => {
-                    table.note(at, "the first line of data is not whole and is left out");
-                }
-                (None, Ok(())) => {}
-            }
-            table.keep(line, &row, count, &mut rest)?;
-        }
-        if let Some((line, _)) = last {
-            table.note(line, CUT);
-        }
-        table.end(&lines, faulty, layout.cut)?;
+        let mut lines = source.lines()?;
+        let read = table.lines(&mut lines, layout, &names, count, &mut rest);
+        read.map_err(|fault| lines.damage().unwrap_or(fault))?;
         if table.rows == 0 {
             let names = layout.names.join(",");
             return Err(match layout.skip {
@@ -171,6 +133,65 @@ impl<T: Cell> Table<T> {
             });
         }
         Ok(table)
+    }
+
+    /// Reads all lines, with the columns `names`, as [`Self::read_first`] does.
+    fn lines<R: Bytes>(
+        &mut self,
+        lines: &mut Lines<'_, R>,
+        layout: &Layout<'_, T>,
+        names: &[String],
+        count: usize,
+        rest: &mut impl FnMut(&[T]) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        let mut row = Vec::with_capacity(names.len());
+        let mut before = layout.skip;
+        // a line with a fault, which only the first and the last may have
+        let mut faulty: Option<(usize, Error)> = None;
+        let mut end = 0;
+        // a line that is cut if no other follows
+        let mut last: Option<(usize, Vec<T>)> = None;
+        while let Some(line) = lines.next()? {
+            if line <= layout.skip {
+                continue;
+            }
+            // an empty line may be a sample that is missing, where the lines have no times
+            let next = std::mem::replace(&mut before, line) + 1;
+            if line != next && !layout.cut {
+                return self.check_count(next, 0, layout);
+            }
+            if let Some((line, row)) = last.take() {
+                self.keep(line, &row, count, rest)?;
+            }
+            let read = self.cells(line, lines, layout, names, &mut row);
+            if layout.cut && read.is_err() && lines.cell(0).starts_with(['#', '%']) {
+                continue; // a comment
+            }
+            // a last line that has all its values may lack digits of the last one
+            let lacks = lines.is_cut() && (lines.end() < end || lines.cut_short().is_some());
+            end = lines.end();
+            if layout.cut && self.rows > 0 && read.is_ok() && lacks && faulty.is_none() {
+                last = Some((line, row.clone()));
+                continue;
+            }
+            match (faulty.take(), read) {
+                (Some((_, fault)), _) if self.rows > 0 || !layout.cut => return Err(fault),
+                (Some((_, fault)), Err(_)) => return Err(fault),
+                (None, Err(fault)) => {
+                    faulty = Some((line, fault));
+                    continue;
+                }
+                (Some((at, _)), Ok(())) => {
+                    self.note(at, "the first line of data is not whole and is left out");
+                }
+                (None, Ok(())) => {}
+            }
+            self.keep(line, &row, count, rest)?;
+        }
+        if let Some((line, _)) = last {
+            self.note(line, CUT);
+        }
+        self.end(lines, faulty, layout.cut)
     }
 
     /// Keeps the first `count` values of the row on a line. The others go to `rest`.

@@ -251,6 +251,9 @@ pub(super) trait Bytes: Read {
 
     /// The error of a gzipped file that ends before its content does.
     fn cut_short(&self, file: &Path) -> Option<Error>;
+
+    /// Reads a packed file to its end. The error if it is damaged.
+    fn damage(&mut self, file: &Path) -> Option<Error>;
 }
 
 impl Bytes for Begun {
@@ -267,6 +270,12 @@ impl Bytes for Begun {
         let fault = io::ErrorKind::UnexpectedEof.into();
         text.lacks_bytes.then(|| text.fault(file, fault))
     }
+
+    fn damage(&mut self, file: &Path) -> Option<Error> {
+        let packed = self.get_ref().1.bytes.packed;
+        let rest = packed.then(|| io::copy(self, &mut io::sink()))?;
+        rest.err().map(|fault| self.fault(file, fault))
+    }
 }
 
 impl Bytes for &[u8] {
@@ -281,6 +290,10 @@ impl Bytes for &[u8] {
     fn cut_short(&self, _: &Path) -> Option<Error> {
         None
     }
+
+    fn damage(&mut self, _: &Path) -> Option<Error> {
+        None
+    }
 }
 
 /// Reads the lines of a file one by one.
@@ -290,14 +303,8 @@ pub(super) struct Lines<'a, R> {
     record: csv::ByteRecord,
     /// Byte ranges of the values of the present line.
     spans: Vec<Range<usize>>,
-    /// Number of the next line, from 1.
-    next: u64,
     /// Whether a run of separators counts as one.
     runs: bool,
-    /// Whether the present line is an empty one at the end.
-    trails: bool,
-    /// Number of the line that was read behind empty ones and is not given yet.
-    waiting: Option<usize>,
 }
 
 impl<'a, R: Bytes> Lines<'a, R> {
@@ -319,16 +326,8 @@ impl<'a, R: Bytes> Lines<'a, R> {
             reader,
             record: csv::ByteRecord::new(),
             spans: Vec::new(),
-            next: 1,
             runs: !matches!(separator, Separator::Char(_)),
-            trails: false,
-            waiting: None,
         }
-    }
-
-    /// Whether the present line is empty and no other follows.
-    pub(super) fn trails(&self) -> bool {
-        self.trails
     }
 
     /// Whether the file ends without the end of a line. Known once all lines have been read.
@@ -346,35 +345,31 @@ impl<'a, R: Bytes> Lines<'a, R> {
         self.spans.last().map_or(0, Range::len)
     }
 
-    /// Reads the next line and gives its number. An empty line has no values.
+    /// The error of a packed file that is damaged behind what has been read. What was unpacked
+    /// before the damage shows may be wrong too.
+    pub(super) fn damage(&mut self) -> Option<Error> {
+        self.reader.get_mut().damage(self.file)
+    }
+
+    /// Reads the next line that is not empty and gives its number, from 1.
     pub(super) fn next(&mut self) -> Result<Option<usize>, Error> {
-        if let Some(line) = self.waiting.take() {
+        loop {
+            let more = self.reader.read_byte_record(&mut self.record);
+            let more = more.map_err(|error| {
+                let fault = match error.into_kind() {
+                    csv::ErrorKind::Io(fault) => fault,
+                    other => io::Error::other(format!("{other:?}")),
+                };
+                self.reader.get_ref().fault(self.file, fault)
+            })?;
+            if !more {
+                return Ok(None);
+            }
             self.split();
-            return Ok(Some(line));
+            if !self.spans.is_empty() {
+                return Ok(Some(self.reader.position().line() as usize - 1));
+            }
         }
-        let more = self.reader.read_byte_record(&mut self.record);
-        let more = more.map_err(|error| {
-            let fault = match error.into_kind() {
-                csv::ErrorKind::Io(fault) => fault,
-                other => io::Error::other(format!("{other:?}")),
-            };
-            self.reader.get_ref().fault(self.file, fault)
-        })?;
-        let line = self.next;
-        self.next = self.reader.position().line();
-        // the reader skips empty lines; one between others must be reported
-        let skipped = self.next > line + u64::from(more);
-        if !more && !skipped {
-            return Ok(None);
-        }
-        self.trails = !more;
-        if skipped {
-            self.waiting = more.then_some(self.next as usize - 1);
-            self.spans.clear();
-        } else {
-            self.split();
-        }
-        Ok(Some(line as usize))
     }
 
     /// Finds the values of the record that was read.
