@@ -1,7 +1,7 @@
 //! The command line of `host-sim-serve`.
 
 use clap::{ArgGroup, Parser};
-use host_sim::cli::simulated::{SIMULATED, SimulatedOptions};
+use host_sim::cli::simulated::{SIMULATED, SimulatedOptions, address};
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
@@ -38,7 +38,7 @@ pub struct Options {
     #[command(flatten)]
     pub simulated: SimulatedOptions,
     /// Address and port of the page
-    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8210")]
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8210", value_parser = address)]
     pub listen: SocketAddr,
     /// Another name of this computer by which a browser may ask for the page
     #[arg(long, value_name = "NAME")]
@@ -50,7 +50,7 @@ pub struct Options {
     #[arg(long, conflicts_with = "orders")]
     pub read_only: bool,
     /// Serve Foxglove's protocol too
-    #[arg(long, value_name = "ADDRESS:PORT", num_args = 0..=1)]
+    #[arg(long, value_name = "ADDRESS:PORT", num_args = 0..=1, value_parser = address)]
     #[arg(default_missing_value = "127.0.0.1:8765")]
     pub foxglove: Option<SocketAddr>,
     /// Record to a new MCAP file, which is whole when the program is ended with Ctrl-C

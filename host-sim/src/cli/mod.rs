@@ -34,7 +34,7 @@ mod start;
 mod unit;
 mod user_recording;
 
-use clap::{Command as Definition, CommandFactory, Parser, Subcommand};
+use clap::{Arg, Command as Definition, CommandFactory, Parser, Subcommand};
 use host_core::error::Error;
 use host_reading::{messages, progress, record_options, source};
 
@@ -96,7 +96,7 @@ impl Cli {
     /// All commands, with their examples.
     #[must_use]
     pub fn definition() -> Definition {
-        examples::with_examples(Self::command())
+        negative_values(examples::with_examples(Self::command()))
     }
 
     /// The arguments of the program; see [`stdout::given`].
@@ -132,6 +132,15 @@ impl Cli {
             Some(Command::Manual(args)) => args.run(),
         }
     }
+}
+
+/// A negative number after an option is its value, and is refused by what it may be.
+fn negative_values(command: Definition) -> Definition {
+    let takes = |arg: Arg| match arg.get_action().takes_values() {
+        true => arg.allow_negative_numbers(true),
+        false => arg,
+    };
+    command.mut_args(takes).mut_subcommands(negative_values)
 }
 
 #[cfg(test)]

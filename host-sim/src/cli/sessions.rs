@@ -225,13 +225,10 @@ impl Entry {
 fn table(file: &Path) -> Result<(String, Vec<Entry>), Error> {
     let named = file.display().to_string();
     let text = std::fs::read_to_string(file).map_err(|error| Error::reading(file, error))?;
-    let table: Table = toml::from_str(&text).map_err(|error| {
-        refused(
-            &named,
-            format!("is not a table of sessions ({})", error.message()),
-            "give the unit file and then the sessions, or a TOML file with unit = \"FILE.toml\" \
-             and [[session]] entries with file = \"...\"",
-        )
+    let table: Table = host_unit::text::parse(file, &text, |_| {
+        "give the unit file and then the sessions, or a TOML file with unit = \"FILE.toml\" and \
+         [[session]] entries with file = \"...\""
+            .into()
     })?;
     if table.session.is_empty() {
         let remedy = "add [[session]] entries with file = \"...\"";

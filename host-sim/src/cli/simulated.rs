@@ -6,7 +6,16 @@ use host_core::error::Error;
 use host_device::hil::simulated::{Cuts, Simulation};
 use host_unit::Unit;
 use host_unit::around::Mode;
-use std::net::SocketAddr;
+use std::net::{SocketAddr, ToSocketAddrs};
+
+/// An address to listen at, as a number or a name such as `localhost`, with a port.
+///
+/// # Errors
+/// A sentence on what is wrong.
+pub fn address(text: &str) -> Result<SocketAddr, String> {
+    let known = text.to_socket_addrs().ok().and_then(|mut all| all.next());
+    known.ok_or_else(|| "give an address or a name and a port, such as 127.0.0.1:8210".to_owned())
+}
 
 /// The modes by their names.
 const MODES: [(&str, Mode); 4] = [

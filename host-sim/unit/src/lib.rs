@@ -16,6 +16,7 @@ pub mod prior;
 pub mod scenario;
 pub mod schema;
 pub mod sensor;
+pub mod text;
 pub mod triads;
 pub mod wheels;
 

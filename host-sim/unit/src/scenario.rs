@@ -204,7 +204,7 @@ impl Scenario {
     /// # Errors
     /// As [`Scenario::load`] of a file.
     pub fn parse(path: &Path, text: &str) -> Result<Self, Error> {
-        let mut scenario: Self = toml::from_str(text).map_err(|e| syntax_error(path, text, &e))?;
+        let mut scenario: Self = crate::text::parse(path, text, remedy)?;
         scenario.source = path.to_path_buf();
         let keys: toml::Table = toml::from_str(text).unwrap_or_default();
         scenario.given = keys.keys().cloned().collect();
@@ -381,22 +381,8 @@ impl Scenario {
     }
 }
 
-/// A TOML error with the line it is on.
-fn syntax_error(path: &Path, text: &str, e: &toml::de::Error) -> Error {
-    let line = e
-        .span()
-        .map(|span| text[..span.start.min(text.len())].matches('\n').count() + 1);
-    let on_line = line
-        .and_then(|l| text.lines().nth(l - 1))
-        .unwrap_or("")
-        .trim();
-    let key = on_line
-        .split('=')
-        .next()
-        .unwrap_or("")
-        .trim()
-        .trim_matches(['[', ']'])
-        .to_string();
+/// The remedy for a faulty key.
+fn remedy(key: &str) -> String {
     let remedy = match key.split('.').next() {
         Some("preset") => "write unit = \"NAME\" or unit = \"FILE.toml\" instead",
         Some("imu") => {
@@ -405,13 +391,7 @@ fn syntax_error(path: &Path, text: &str, e: &toml::de::Error) -> Error {
         }
         _ => "docs/scenario.toml has all keys with their units",
     };
-    Error::Scenario {
-        file: path.to_path_buf(),
-        line,
-        key: if key.is_empty() { "file".into() } else { key },
-        problem: e.message().replace('\n', " "),
-        remedy: remedy.into(),
-    }
+    remedy.into()
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! `host-sim device --simulate`.
 
 use crate::cli::interrupt::asked;
-use crate::cli::simulated::SimulatedOptions;
+use crate::cli::simulated::{SimulatedOptions, address};
 use crate::cli::stdout;
 use clap::Args as ClapArgs;
 use host_core::error::Error;
@@ -19,7 +19,7 @@ pub(super) struct Args {
     pub(super) simulate: bool,
     /// Address and port of its command link; the stream to the navigation computer is at the next
     /// port. Port 0 is any two that are free
-    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:5557")]
+    #[arg(long, value_name = "ADDRESS:PORT", value_parser = address, default_value = "127.0.0.1:5557")]
     listen: SocketAddr,
     #[command(flatten)]
     simulated: SimulatedOptions,

@@ -236,8 +236,8 @@ pub(super) struct Velocity {
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Start {
-    /// Standstill for self-alignment, s, at least 90.
-    pub(super) standstill_s: Option<u32>,
+    /// Standstill for self-alignment, s, at least 90. A part of a second is not used.
+    pub(super) standstill_s: Option<f64>,
     /// Roll at the first epoch, deg.
     pub(super) roll_deg: Option<f64>,
     /// Pitch, deg, nose up.

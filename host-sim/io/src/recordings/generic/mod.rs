@@ -302,6 +302,8 @@ struct File<'a> {
     /// Lines before the data.
     skip: usize,
     names: Vec<String>,
+    /// Whether a line of the file names them.
+    named: bool,
 }
 
 /// Where the columns of a file are, by the header file.
@@ -354,7 +356,7 @@ impl<'a> File<'a> {
             );
             return Err(read.bad(&format!("{table}.skip_lines"), problem, &remedy));
         };
-        let (skip, names) = match names {
+        let (skip, columns) = match names {
             true => (before + 1, named(line)),
             false => (before, (1..=line.len()).map(|k| k.to_string()).collect()),
         };
@@ -363,7 +365,8 @@ impl<'a> File<'a> {
             table,
             source,
             skip,
-            names,
+            names: columns,
+            named: names,
         })
     }
 
@@ -374,9 +377,15 @@ impl<'a> File<'a> {
                 "names column '{name}', which {} does not have",
                 self.source.file.display()
             );
+            let numbers = |name: &String| name.parse::<f64>().is_ok();
             let remedy = match self.other_separator(name) {
                 Some(other) => format!(
                     "the columns seem to be separated by '{other}': say so in '{}.separator'",
+                    self.table
+                ),
+                None if self.named && self.names.iter().all(numbers) => format!(
+                    "the file begins with numbers and not with names: give '{}.names = false' and \
+                     the numbers of the columns, from \"1\" on",
                     self.table
                 ),
                 None => {

@@ -47,7 +47,8 @@ impl OpenedHeader {
     pub(super) fn open(file: &Path, replacements: &[PathBuf]) -> Result<Self, Error> {
         let text = std::fs::read_to_string(file).map_err(|e| Error::reading(file, e))?;
         check_kind(file, &text.as_bytes()[..text.len().min(START)])?;
-        let header: Header = toml::from_str(&text).map_err(|e| syntax_error(file, &text, &e))?;
+        let remedy = |_: &str| "see the table of keys in docs/your-data.md".to_owned();
+        let header: Header = host_unit::text::parse(file, &text, remedy)?;
         let read = Self {
             file: file.to_path_buf(),
             replacements: replacements.to_vec(),
@@ -180,31 +181,5 @@ impl OpenedHeader {
                 Err(self.bad(key, format!("is '{text}'"), remedy))
             }
         }
-    }
-}
-
-/// An error in the TOML syntax, with its line.
-fn syntax_error(file: &Path, text: &str, e: &toml::de::Error) -> Error {
-    let at = e.span().map(|span| span.start.min(text.len()));
-    let line = at.map(|at| text[..at].matches('\n').count() + 1);
-    let on_line = line
-        .and_then(|l| text.lines().nth(l - 1))
-        .unwrap_or_default();
-    let key = on_line
-        .split('=')
-        .next()
-        .unwrap_or_default()
-        .trim()
-        .trim_matches(['[', ']']);
-    Error::Scenario {
-        file: file.to_path_buf(),
-        line,
-        key: if key.is_empty() {
-            "header".into()
-        } else {
-            key.to_owned()
-        },
-        problem: e.message().replace('\n', " "),
-        remedy: "see the table of keys in docs/your-data.md".into(),
     }
 }

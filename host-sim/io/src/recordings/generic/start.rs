@@ -8,7 +8,9 @@ use host_core::inertial::rotation::from_euler;
 use host_core::inertial::units::DEG;
 
 /// Shortest standstill for self-alignment, s.
-const LEAST_STANDSTILL_S: u32 = 90;
+const LEAST_STANDSTILL_S: f64 = 90.0;
+/// Longest one, s.
+const MOST_STANDSTILL_S: f64 = 7.0 * 86_400.0;
 /// Standard deviations of a vehicle at rest, from sway (assumed): position, m, then velocity, m/s.
 const AT_REST: [f64; 6] = [0.05, 0.05, 0.05, 0.01, 0.01, 0.01];
 /// Standard deviation of a heading that is given without one, deg (assumed).
@@ -19,11 +21,14 @@ pub(super) fn initial_attitude(read: &OpenedHeader) -> Result<Option<InitialAtti
     let s = &read.header.start;
     match (s.standstill_s, s.roll_deg, s.pitch_deg, s.heading_deg) {
         (None, None, None, _) => Ok(None),
-        (Some(t), None, None, None) if t >= LEAST_STANDSTILL_S => {
+        (Some(t), None, None, None) if (LEAST_STANDSTILL_S..=MOST_STANDSTILL_S).contains(&t) => {
             Ok(Some(InitialAttitude::Standstill(t as usize)))
         }
         (Some(t), None, None, None) => {
-            let problem = format!("is {t}, too short to align on");
+            let problem = match t > MOST_STANDSTILL_S {
+                true => format!("is {t}, longer than a week"),
+                false => format!("is {t}, too short to align on"),
+            };
             let remedy = "give at least 90, or the attitude instead, or neither: then the attitude \
                           is found in motion";
             Err(read.bad("start.standstill_s", problem, remedy))

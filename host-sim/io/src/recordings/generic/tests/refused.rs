@@ -9,12 +9,12 @@ fn every_fault_of_the_header_is_named() {
         (
             "file = \"imu.csv\"",
             "flie = \"imu.csv\"",
-            "in.toml:3: 'flie' unknown field",
+            "in.toml:3: 'imu.flie' is not known",
         ),
         (
             "unit = \"deg/s\"",
             "unit = 3",
-            "in.toml:5: 'gyro' invalid type",
+            "in.toml:5: 'imu.gyro.unit' is integer `3`, expected a text in quotes",
         ),
         (
             "unit = \"deg/s\"",
