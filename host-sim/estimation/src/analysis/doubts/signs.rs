@@ -1,15 +1,15 @@
 //! The signs and places of the gyros: as they turn the specific force, it must be the changes of
 //! velocity and gravity, whatever the mounting is. Over a window the rotations by the gyros bring
 //! the specific force into the axes of its beginning, and the one rotation is fitted that brings it
-//! to north, east and down (Wahba's problem). Signs or places that leave much less than those given
+//! to north, east and down (Wahba's problem), with a bias of the gyros. Signs or places that leave much less than those given
 //! are the right ones.
 
 use super::AXES;
 use super::ahead::velocities;
 use super::evidence::Evidence;
 use super::measure::{Kind, Measure};
-use host_core::inertial::units::G0;
-use nalgebra::{Matrix3, Rotation3, Vector3};
+use host_core::inertial::units::{DEG, G0};
+use nalgebra::{Matrix3, Matrix3x6, Matrix6, Rotation3, Vector3, Vector6};
 
 /// Length of a window, s, and the most windows, evenly over the recording.
 const WINDOW_S: f64 = 60.0;
@@ -19,8 +19,19 @@ const APART_S: [f64; 2] = [0.9, 2.5];
 const STEPS: usize = 10;
 /// Step of the rotation, s.
 const STEP_S: f64 = 0.1;
-/// Other signs must leave so much less: a ratio of sums of squares.
+/// Other signs must leave so much less: a ratio of sums of squares, and in standard deviations of its
+/// logarithm. Of ten other ways one fits a short drive better by luck.
 const BETTER: f64 = 1.5;
+const SIGMAS: f64 = 4.0;
+/// The most that right signs leave, m/s2. Where no signs fit, the best ones are a matter of luck.
+const FITS: f64 = 1.0;
+/// Biases of consumer MEMS, rad/s, and noise of the forces, m/s2 (assumed). In a window they tilt the
+/// forces by a radian, so they are estimated with the rotation, in so many rounds.
+const BIAS: f64 = 1.0 * DEG;
+const NOISE: f64 = 0.3;
+const ROUNDS: usize = 5;
+/// No other round, if the bias changes the attitude in a window by less, rad.
+const ENOUGH: f64 = 0.01;
 
 /// Another way to connect the gyros.
 pub(super) struct Gyros {
@@ -77,10 +88,15 @@ pub(super) fn measure(evidence: &Evidence) -> Option<Measure> {
     let best = others().map(|gyros| (left(&gyros.turn), gyros));
     let (least, Gyros { axes, swapped, .. }) = best.min_by(|a, b| a.0.total_cmp(&b.0))?;
     let ratio = given / least;
+    let seconds = used.iter().map(|window| window.len()).sum::<usize>() as f64;
+    let fits = least.min(given) < FITS * FITS * seconds;
     (!used.is_empty() && ratio.is_finite()).then(|| Measure {
         kind: Kind::Signs,
         left: given.ln(),
-        size: ratio.ln().max(0.0) / BETTER.ln(),
+        size: match fits {
+            true => ratio.ln().max(0.0) / BETTER.ln().max(SIGMAS * 2.0 / (3.0 * seconds).sqrt()),
+            false => 0.0,
+        },
         problem: match swapped {
             true => format!(
                 "turns about the axes called {axes} in each other's place, by gravity and the \
@@ -141,26 +157,87 @@ fn steps(evidence: &Evidence, from: f64, seconds: f64) -> Option<Vec<[Vector3<f6
     all.collect()
 }
 
-/// What the best rotation leaves of a window, m2/s4.
+/// What the best rotation and the best bias of the gyros leave of a window, m2/s4.
 fn left(window: &[Second], gyros: &Matrix3<f64>) -> f64 {
-    let mut turned = Rotation3::identity();
-    let (mut sum, mut squares) = (Matrix3::zeros(), 0.0);
-    for second in window {
+    let mut bias = Vector3::zeros();
+    let mut least = f64::INFINITY;
+    for _ in 0..ROUNDS {
+        let turned = turned(window, gyros, &bias);
+        let (rotation, left) = wahba(window, &turned);
+        least = least.min(left);
+        let change = step(window, &turned, &rotation, &bias);
+        if change.norm() * WINDOW_S < ENOUGH {
+            break;
+        }
+        bias += change;
+    }
+    least
+}
+
+/// The force of a second in the axes of the window's beginning, and the integral of the rotation up
+/// to its middle, s.
+type Turned = (Vector3<f64>, Matrix3<f64>);
+
+/// By the gyros, connected in this way, less a bias, rad/s.
+fn turned(window: &[Second], gyros: &Matrix3<f64>, bias: &Vector3<f64>) -> Vec<Turned> {
+    let mut rotation = Rotation3::identity();
+    let mut integral = Matrix3::zeros();
+    let seconds = window.iter().map(|second| {
+        let before = integral;
+        let dt = second.seconds / second.steps.len() as f64;
         let mut pushed = Vector3::zeros();
         for [angle, velocity] in &second.steps {
-            let angle = gyros * angle;
-            pushed += turned * Rotation3::new(0.5 * angle) * velocity;
-            turned *= Rotation3::new(angle);
+            let angle = gyros * angle - bias * dt;
+            pushed += rotation * Rotation3::new(0.5 * angle) * velocity;
+            integral += rotation.matrix() * dt;
+            rotation *= Rotation3::new(angle);
         }
-        let force = pushed / second.seconds;
+        (pushed / second.seconds, 0.5 * (before + integral))
+    });
+    seconds.collect()
+}
+
+/// The rotation that brings the forces nearest to those of the fixes, and what it leaves.
+fn wahba(window: &[Second], turned: &[Turned]) -> (Matrix3<f64>, f64) {
+    let (mut sum, mut squares) = (Matrix3::zeros(), 0.0);
+    for (second, (force, _)) in window.iter().zip(turned) {
         sum += second.force * force.transpose();
         squares += second.force.norm_squared() + force.norm_squared();
     }
-    let values = sum.singular_values();
-    let mirrored = if sum.determinant() < 0.0 {
-        2.0 * values.min()
-    } else {
-        0.0
+    let svd = sum.svd(true, true);
+    let (Some(u), Some(v)) = (svd.u, svd.v_t) else {
+        return (Matrix3::identity(), squares);
     };
-    squares - 2.0 * (values.sum() - mirrored)
+    let hand = (u * v).determinant().signum();
+    let values = Vector3::new(1.0, 1.0, hand); // of falling singular values
+    let rotation = u * Matrix3::from_diagonal(&values) * v;
+    (rotation, squares - 2.0 * svd.singular_values.dot(&values))
+}
+
+/// The change of the bias that leaves least, with a small change of the rotation (Gauss-Newton).
+fn step(
+    window: &[Second],
+    turned: &[Turned],
+    rotation: &Matrix3<f64>,
+    bias: &Vector3<f64>,
+) -> Vector3<f64> {
+    let weight = (NOISE / BIAS).powi(2);
+    let mut normal = Matrix6::zeros();
+    let mut right = Vector6::zeros();
+    for axis in 0..3 {
+        normal[(3 + axis, 3 + axis)] = weight;
+        right[3 + axis] = -weight * bias[axis];
+    }
+    for (second, (force, integral)) in window.iter().zip(turned) {
+        let to_north = rotation * force;
+        let mut rows = Matrix3x6::zeros();
+        rows.fixed_columns_mut::<3>(0)
+            .copy_from(&-to_north.cross_matrix());
+        rows.fixed_columns_mut::<3>(3)
+            .copy_from(&(rotation * force.cross_matrix() * integral));
+        normal += rows.transpose() * rows;
+        right += rows.transpose() * (second.force - to_north);
+    }
+    let solved = normal.cholesky().map(|of| of.solve(&right));
+    solved.map_or_else(Vector3::zeros, |of| of.fixed_rows::<3>(3).into_owned())
 }

@@ -126,6 +126,10 @@ fn is_explained(measure: &Measure, after: &[Measure]) -> bool {
             Kind::Earth => fits(Kind::Earth) || fits(Kind::Turns),
             // what is right agrees well, and noise only adds a little
             Kind::Moves => of(Kind::Moves, after).is_some_and(|m| m.size < 0.5),
+            // gyros that hardly turn have no signs
+            Kind::Signs => {
+                of(Kind::Signs, after).is_some_and(|m| !m.contradicts() && m.left < measure.left)
+            }
             kind => fits(kind),
         }
 }

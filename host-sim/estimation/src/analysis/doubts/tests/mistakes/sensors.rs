@@ -67,3 +67,36 @@ fn a_standstill_without_a_heading_is_reported() {
     );
     assert_eq!(found(&on_the_road(&drive("stim300", 150))), []);
 }
+
+/// The biases of consumer MEMS tilt a window so much that other signs of the gyros fit better. That
+/// is no reason to doubt the right ones, nor is a drive of half a minute.
+#[test]
+fn biases_and_short_drives_are_no_wrong_signs() {
+    let assumed = &class("icm-42688");
+    let class = Class {
+        assumed,
+        given: true,
+    };
+    let road = on_the_road(&drive("tactical", 150));
+    for (dps, seconds) in [(0.0, 25.0), (0.3, 60.0), (0.6, 150.0), (1.0, 300.0)] {
+        for signs in [0u8, 1, 3, 6] {
+            let mut biased = road.clone();
+            let sign = |axis: u8| if signs >> axis & 1 == 0 { dps } else { -dps };
+            let bias = Vector3::new(sign(0), sign(1), sign(2)) * DEG / biased.rate_hz as f64;
+            let end = biased.time.start().unwrap() + seconds;
+            let count = biased.time.partition_point(|time| *time < end);
+            biased.time = biased.time.part(0..count);
+            biased.samples = biased.samples.part(0..count);
+            biased.fixes.retain(|fix| fix.time < end);
+            each_sample(&mut biased, |sample| Increment {
+                dtheta: sample.dtheta + bias,
+                ..sample
+            });
+            let found = doubts(&biased, &says(), class, &contradicted);
+            let turned = found
+                .iter()
+                .find(|of| of.problem.contains("by gravity and"));
+            assert_eq!(turned, None, "{dps} deg/s, {seconds} s, signs {signs}");
+        }
+    }
+}
