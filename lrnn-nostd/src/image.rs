@@ -33,7 +33,10 @@ const HEADER_LEN: usize = 12;
 const VALUES: usize = 9 + PARAMS;
 
 /// Why bytes are not an image of the expected network. The conditions are checked in this order.
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ImageError {
     /// The image has this many bytes instead of 304.
     Length(usize),
@@ -205,6 +208,7 @@ fn finite(value: f32) -> Option<f32> {
 
 /// CRC-32 (IEEE 802.3): polynomial 0x04C11DB7 reflected, initial value and final exclusive-or
 /// 0xFFFFFFFF.
+#[must_use] 
 pub fn crc32(bytes: &[u8]) -> u32 {
     let mut crc: u32 = !0;
     for &byte in bytes {

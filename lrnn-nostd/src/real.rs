@@ -46,8 +46,10 @@ pub trait Real:
     /// The same value as `f64`; exact.
     fn to_f64(self) -> f64;
     /// tanh(self) of `libm`.
+    #[must_use]
     fn tanh(self) -> Self;
     /// The square root, correctly rounded; NaN for a negative value.
+    #[must_use]
     fn sqrt(self) -> Self;
 
     /// Whether the value is neither infinite nor NaN.
@@ -61,6 +63,7 @@ pub trait Real:
 
     /// -1, 0 or +1; 0 for NaN.
     #[inline(always)]
+    #[must_use]
     fn sign(self) -> Self {
         let above = if self > Self::ZERO {
             Self::ONE
