@@ -93,7 +93,7 @@ impl Rows {
 
 /// Units of the table of vehicles, and of the cases of the first rest.
 const FEW: u32 = 16;
-const RESTS: &str = "12";
+const RESTS: &str = "20";
 
 /// Abuse, and the first rest with the activations and sensors that it is for.
 pub fn abuse() -> Result<()> {
