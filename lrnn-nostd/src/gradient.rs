@@ -55,7 +55,7 @@ pub struct Sensitivities<T = f32> {
 
 impl<T: Real> Sensitivities<T> {
     /// All 0: the state does not depend on the weights, as before the first step.
-    #[must_use] 
+    #[must_use]
     pub const fn new() -> Self {
         Self {
             s1: Columns::ZERO,

@@ -208,7 +208,7 @@ fn finite(value: f32) -> Option<f32> {
 
 /// CRC-32 (IEEE 802.3): polynomial 0x04C11DB7 reflected, initial value and final exclusive-or
 /// 0xFFFFFFFF.
-#[must_use] 
+#[must_use]
 pub fn crc32(bytes: &[u8]) -> u32 {
     let mut crc: u32 = !0;
     for &byte in bytes {

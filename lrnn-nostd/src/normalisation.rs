@@ -38,7 +38,7 @@ pub struct Normalisation<T = f32> {
 
 impl<T: Real> Normalisation<T> {
     /// No conversion: u = input and error = y_3.
-    #[must_use] 
+    #[must_use]
     pub const fn identity() -> Self {
         let one = [T::ONE; NEURONS];
         Self {

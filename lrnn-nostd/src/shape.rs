@@ -41,7 +41,7 @@ pub enum Kind {
 impl Kind {
     /// The kind of the parameter with this index (see the module's table).
     #[inline]
-    #[must_use] 
+    #[must_use]
     pub const fn of(index: usize) -> Self {
         match index % PARAMS_PER_LAYER {
             0..R => Self::FeedForward,
@@ -63,7 +63,7 @@ pub trait Feedback: Copy + Debug + Default + PartialEq + 'static {
 
     /// Whether the parameter with this index is in use.
     #[inline]
-    #[must_use] 
+    #[must_use]
     fn is_active(index: usize) -> bool {
         let within = index % PARAMS_PER_LAYER;
         let off_diagonal = (R..B).contains(&within) && !(within - R).is_multiple_of(NEURONS + 1);

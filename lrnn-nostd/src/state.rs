@@ -29,7 +29,7 @@ pub struct State<T = f32> {
 
 impl<T: Real> State<T> {
     /// All outputs 0, the state before the first step.
-    #[must_use] 
+    #[must_use]
     pub const fn new() -> Self {
         Self {
             y: [[T::ZERO; NEURONS]; LAYERS],

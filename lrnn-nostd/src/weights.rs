@@ -73,7 +73,7 @@ pub struct Weights<T = f32> {
 
 impl<T: Real> Weights<T> {
     /// All parameters 0: the output of the network is 0 for any input.
-    #[must_use] 
+    #[must_use]
     pub const fn zero() -> Self {
         let square = [[T::ZERO; NEURONS]; NEURONS];
         let layer = Layer {

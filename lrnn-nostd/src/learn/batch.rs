@@ -17,7 +17,7 @@ impl<T: Real> Batch<T> {
     const EMPTY: Self = Self::new();
 
     /// Sums of 0.
-    #[must_use] 
+    #[must_use]
     pub const fn new() -> Self {
         Self {
             cost: T::ZERO,

@@ -41,7 +41,7 @@ pub struct UdCovariance<const N: usize, const PACKED: usize, T = f32> {
 
 impl<const N: usize, const PACKED: usize, T: Real> UdCovariance<N, PACKED, T> {
     /// P = 0: nothing is unknown, and no update changes anything.
-    #[must_use] 
+    #[must_use]
     pub const fn zero() -> Self {
         const {
             assert!(2 * PACKED == N * (N - 1), "PACKED is N (N - 1) / 2");

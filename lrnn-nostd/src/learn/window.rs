@@ -36,7 +36,7 @@ impl<T: Real> Window<T> {
     const EMPTY: Self = Self::new();
 
     /// An empty window.
-    #[must_use] 
+    #[must_use]
     pub const fn new() -> Self {
         Self {
             sum: [T::ZERO; NEURONS],

@@ -24,8 +24,8 @@ pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     sink.finish().map_err(|source| Error::writing(path, source))
 }
 
-/// Whether a file can be written at `path`, before the work for it is begun. Nothing is left behind,
-/// and a pipe or a device is not opened: its reader would see an end.
+/// Whether a file can be written at `path`, before the work for it is begun. Nothing is left
+/// behind, and a pipe or a device is not opened: its reader would see an end.
 ///
 /// # Errors
 /// [`Error::Unwritable`].

@@ -47,7 +47,7 @@ pub trait ParameterSet: Copy + Debug + Default + PartialEq + 'static {
     type Own<T: Real>: Zeroed + AsRef<[[T; NEURONS]]> + AsMut<[[T; NEURONS]]>;
 
     /// Whether the weight with this index is learnt. By default none is.
-    #[must_use] 
+    #[must_use]
     fn is_learnt(_: usize) -> bool {
         false
     }

@@ -32,7 +32,8 @@ pub(super) struct Evidence {
     pub(super) fixes: Vec<TimedFix>,
     /// Start and end of the time for which the recording says that it stands, s.
     pub(super) declared: Option<[f64; 2]>,
-    /// Time at which the recording states a heading, s, that heading and its standard deviation, rad.
+    /// Time at which the recording states a heading, s, that heading and its standard deviation,
+    /// rad.
     pub(super) heading: Option<(f64, [f64; 2])>,
     /// Samples a second by the time stamps.
     pub(super) rate_hz: f64,

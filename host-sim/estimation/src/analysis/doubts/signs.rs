@@ -1,8 +1,8 @@
 //! The signs and places of the gyros: as they turn the specific force, it must be the changes of
 //! velocity and gravity, whatever the mounting is. Over a window the rotations by the gyros bring
 //! the specific force into the axes of its beginning, and the one rotation is fitted that brings it
-//! to north, east and down (Wahba's problem), with a bias of the gyros. Signs or places that leave much less than those given
-//! are the right ones.
+//! to north, east and down (Wahba's problem), with a bias of the gyros. Signs or places that leave
+//! much less than those given are the right ones.
 
 use super::AXES;
 use super::ahead::velocities;
@@ -19,14 +19,14 @@ const APART_S: [f64; 2] = [0.9, 2.5];
 const STEPS: usize = 10;
 /// Step of the rotation, s.
 const STEP_S: f64 = 0.1;
-/// Other signs must leave so much less: a ratio of sums of squares, and in standard deviations of its
-/// logarithm. Of ten other ways one fits a short drive better by luck.
+/// Other signs must leave so much less: a ratio of sums of squares, and in standard deviations of
+/// its logarithm. Of ten other ways one fits a short drive better by luck.
 const BETTER: f64 = 1.5;
 const SIGMAS: f64 = 4.0;
 /// The most that right signs leave, m/s2. Where no signs fit, the best ones are a matter of luck.
 const FITS: f64 = 1.0;
-/// Biases of consumer MEMS, rad/s, and noise of the forces, m/s2 (assumed). In a window they tilt the
-/// forces by a radian, so they are estimated with the rotation, in so many rounds.
+/// Biases of consumer MEMS, rad/s, and noise of the forces, m/s2 (assumed). In a window they tilt
+/// the forces by a radian, so they are estimated with the rotation, in so many rounds.
 const BIAS: f64 = 1.0 * DEG;
 const NOISE: f64 = 0.3;
 const ROUNDS: usize = 5;
