@@ -4,11 +4,16 @@ use super::FIRMWARE;
 use super::header::{HEADER_LEN, Header, board, is_signed};
 use super::slots::{Mark, PIECE, Slots};
 use crate::control::update::{Refusal, Report, Running, Step};
-use crate::wire::command::MAX_CHUNK;
+use crate::wire::command::{MAX_CHUNK, fault};
 use crate::wire::field::{head, take};
 use core::convert::Infallible;
 use embedded_storage::nor_flash::NorFlash;
 use heapless::Vec;
+
+/// Faults that bypass hides, in which the update is finished: the new firmware is not to blame.
+const OF_MODE: u32 = fault::UNITS | fault::PASS_THROUGH;
+/// An older firmware may find a newer store, and leave it alone.
+const OF_OLDER: u32 = fault::STORE | fault::NOT_CONFIGURED;
 
 /// A piece of an image.
 pub type Piece = Vec<u8, MAX_CHUNK>;
@@ -230,7 +235,11 @@ impl<F: NorFlash> Updater<F> {
         }
         let running = self.slots.record(self.runs);
         let number = running.map_or(0, |record| record.number).wrapping_add(1);
-        let written = self.slots.write_record(free, &bytes, [number, faults]);
+        let before = match header.version < FIRMWARE {
+            true => faults | OF_MODE | OF_OLDER,
+            false => faults | OF_MODE,
+        };
+        let written = self.slots.write_record(free, &bytes, [number, before]);
         let kept = self.slots.record(free).map(|record| record.header);
         if written.is_err() || kept != Some(header) {
             self.give_up();

@@ -278,8 +278,8 @@ pub(super) fn read(frame: &[u8], values: &mut Values) {
 fn gga(f: Fields, values: &mut Values) {
     values.decide_position();
     let range = match f.get(5) {
-        b"1" | b"3" => PLAIN_M, // 3: precise positioning service
-        b"2" => DIFFERENTIAL_M,
+        b"1" | b"3" => PLAIN_M,        // 3: precise positioning service
+        b"2" | b"9" => DIFFERENTIAL_M, // 9: SBAS, by receivers of NovAtel
         b"4" => FIXED_M,
         b"5" => FLOAT_M,
         b"0" | b"6" | b"7" | b"8" => {

@@ -268,8 +268,13 @@ impl Pvt {
         };
         let [least_m, least_mps] = LEAST_SIGMA;
         let root_2 = core::f32::consts::FRAC_1_SQRT_2;
-        let h = sigma(self.horizontal_accuracy, root_2, least_m);
-        let v = sigma(self.vertical_accuracy, 1.0, least_m);
+        let [h, v] = match self.flags3[0] & 1 {
+            0 => [
+                sigma(self.horizontal_accuracy, root_2, least_m),
+                sigma(self.vertical_accuracy, 1.0, least_m),
+            ],
+            _ => [NOT_MEASURED; 2], // invalidLlh; reserved and 0 in older versions
+        };
         let s = sigma(self.speed_accuracy, 0.577_350_3, least_mps);
         [h, h, v, s, s, s]
     }
@@ -343,6 +348,13 @@ pub(super) mod tests {
             assert!((f64::from(sigma) - want).abs() < 1e-5, "{sigma} {want}");
         }
         assert_eq!((fix.time_ms, fix.arrived_us), (123_456_789, 42));
+        let invalid = Pvt {
+            flags3: [1, 0, 0, 0, 0, 0],
+            ..pvt
+        };
+        let sigmas = invalid.to_fix(0).sigmas;
+        assert_eq!(sigmas[..3], [NOT_MEASURED; 3]);
+        assert_eq!(sigmas[3..], fix.sigmas[3..]);
         let least = Pvt {
             vertical_accuracy: 1,
             speed_accuracy: 1,

@@ -1,11 +1,9 @@
 //! Detects the form of the recording of `--from` by its first bytes.
 
 use crate::options::refused;
-use flate2::read::MultiGzDecoder;
 use host_core::error::Error;
-use host_io::recordings::{fog_mems, kitti, lasergyro};
-use std::fs::File;
-use std::io::Read;
+use host_io::recordings::read::head;
+use host_io::recordings::{fog_mems, kitti, lasergyro, ubx};
 use std::path::{Path, PathBuf};
 
 /// Number of bytes that identify the form.
@@ -51,7 +49,7 @@ pub fn of(from: &[PathBuf]) -> Result<Form, Error> {
     if text.ends_with(".toml") {
         return Ok(replay("csv", &["--header"], &[first]));
     }
-    let head = head(first)?;
+    let head = head(first, HEAD)?;
     let begins = |magic: &[u8]| head.starts_with(magic);
     let text = String::from_utf8_lossy(&head);
     let line = text
@@ -69,6 +67,8 @@ pub fn of(from: &[PathBuf]) -> Result<Form, Error> {
         {
             replay("novatel", &[], &[first])
         }
+        // a receiver's port often has NMEA between the messages
+        () if ubx::is_among(&head) => replay("ubx", &[], &[first]),
         () if line == lasergyro::HEADER => replay("lasergyro", &[], &[first]),
         () if line == kitti::HEADER => replay("kitti", &[], &[first]),
         () if line == fog_mems::MEMS_HEADER => {
@@ -111,9 +111,9 @@ fn replay(name: &'static str, before: &[&str], files: &[&Path]) -> Form {
 
 /// Two files: KF-GINS text, or the MEMS beside its navigator.
 fn pair(first: &Path, second: &Path) -> Result<Form, Error> {
-    let head = head(first)?;
+    let head = head(first, HEAD)?;
     let is_fog = head.starts_with(fog_mems::MEMS_HEADER.as_bytes());
-    let _ = self::head(second)?; // the file must exist
+    let _ = self::head(second, HEAD)?; // the file must exist
     let name = if is_fog { "fog-mems" } else { "kf-gins" };
     Ok(replay(name, &[], &[first, second]))
 }
@@ -134,31 +134,6 @@ fn folder(folder: &Path) -> Result<Form, Error> {
         "is a folder without header.toml, metadata.yaml (a bag) or mav0 (EuRoC)",
         "give a file, or the folder of such a recording",
     ))
-}
-
-/// The first bytes of a file, unpacked.
-fn head(file: &Path) -> Result<Vec<u8>, Error> {
-    let failed = |error| Error::reading(file, error);
-    let mut raw = vec![0; HEAD];
-    let mut opened = File::open(file).map_err(failed)?;
-    let mut len = 0;
-    while len < raw.len() {
-        match opened.read(&mut raw[len..]).map_err(failed)? {
-            0 => break,
-            more => len += more,
-        }
-    }
-    raw.truncate(len);
-    if raw.starts_with(&[0x1f, 0x8b]) {
-        let again = File::open(file).map_err(failed)?;
-        let mut text = vec![];
-        // the reader of the whole file reports a damaged stream
-        let _ = MultiGzDecoder::new(again)
-            .take(HEAD as u64)
-            .read_to_end(&mut text);
-        return Ok(text);
-    }
-    Ok(raw)
 }
 
 #[cfg(test)]
@@ -182,6 +157,8 @@ mod tests {
         assert_eq!(name("a", b"\x89MCAP0\r\n"), "mcap");
         assert_eq!(name("a.log", b"ULog\x01\x12\x35\x01"), "ulog");
         assert_eq!(name("a", &[0xb5, 0x62, 1, 7]), "ubx");
+        let mixed = b"$GNTXT,01,01,02,u-blox AG*4E\r\n\xb5\x62\x05\x01\x02\x00\x06\x8a\x98\xc1";
+        assert_eq!(name("a", mixed), "ubx");
         assert_eq!(name("a", &[0, 0xaa, 0x44, 0x12]), "novatel");
         assert_eq!(name("a.csv", lasergyro::HEADER.as_bytes()), "lasergyro");
         assert_eq!(name("a.csv", kitti::HEADER.as_bytes()), "kitti");

@@ -227,7 +227,7 @@ pub struct Ulog {
     #[arg(long, value_name = "SECONDS")]
     fix_delay_s: Option<f64>,
     /// Start with the autopilot's attitude at the first fix
-    #[arg(long, conflicts_with_all = ["attitude", "standstill_s"])]
+    #[arg(long, conflicts_with_all = ["attitude", "standstill_s", "fixes"])]
     attitude_from_log: bool,
     #[command(flatten)]
     body: Body,

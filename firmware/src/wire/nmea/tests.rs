@@ -221,7 +221,9 @@ fn what_is_not_measured_is_not_reported() {
             "GPGGA,092725,4717.1,N,00833.9,E,{quality},12,{rest}"
         ))
     };
-    for quality in ["0", "6", "7", "8", "9", ""] {
+    let [sbas, differential] = ["9", "2"].map(|quality| gga(quality, "0.98,499.6,M,48.1,M,,"));
+    assert!(sbas.position.is_some() && sbas.own == differential.own);
+    for quality in ["0", "6", "7", "8", ""] {
         let part = gga(quality, "0.98,499.6,M,48.1,M,,");
         assert_eq!((part.position, part.assumed), (None, NONE), "{quality}");
     }

@@ -1,6 +1,7 @@
 //! A large file read from front to back: unpacked on the way, its bytes counted for progress and
 //! for error messages.
 
+use crate::recordings::zstd::{Frames, is_zstd};
 use encoding_rs_io::DecodeReaderBytesBuilder;
 use flate2::read::MultiGzDecoder;
 use host_core::error::Error;
@@ -129,17 +130,12 @@ impl<'a> Input<'a> {
         let first = Read::by_ref(&mut file).take(START as u64);
         { first }.read_to_end(&mut start).map_err(unreadable)?;
         check_kind(path, &start)?;
-        let is_packed = matches!(start[..], [0x1F, 0x8B, ..] | [0x28, 0xB5, 0x2F, 0xFD, ..]);
+        let is_packed = start.starts_with(&[0x1F, 0x8B]) || is_zstd(&start);
         let may_be_wide = is_packed || is_wide(&start);
         let packed = io::Cursor::new(start.clone()).chain(file);
         let bytes: Box<dyn Read + 'a> = match start[..] {
             [0x1F, 0x8B, ..] => Box::new(BufReader::new(MultiGzDecoder::new(packed))),
-            [0x28, 0xB5, 0x2F, 0xFD, ..] => {
-                let decoder = ruzstd::decoding::StreamingDecoder::new(packed);
-                let decoder =
-                    decoder.map_err(|e| Error::unpacking(path, 0, 0, &io::Error::other(e)))?;
-                Box::new(BufReader::new(decoder))
-            }
+            _ if is_zstd(&start) => Box::new(BufReader::new(Frames::new(packed))),
             _ => Box::new(packed),
         };
         Ok(Self {

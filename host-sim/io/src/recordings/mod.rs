@@ -29,6 +29,7 @@ pub mod track;
 pub mod ubx;
 pub mod ulog;
 pub(crate) mod week;
+mod zstd;
 
 /// Seconds in a week.
 pub(crate) const WEEK_S: f64 = 604_800.0;

@@ -1,31 +1,34 @@
 //! Reads whole files and unpacks those that are packed.
 
-use crate::recordings::input::{Input, START, check_kind};
-use flate2::read::MultiGzDecoder;
+use crate::recordings::input::Input;
 use host_core::error::Error;
 use std::io::{ErrorKind, Read};
 use std::path::Path;
 
-/// All bytes of a file. The first two bytes identify gzip, so the name of the file does not matter.
+/// All bytes of a file. Its first bytes identify gzip and zstd, so its name does not matter.
 ///
 /// # Errors
 /// [`Error::Missing`], [`Error::Unreadable`], [`Error::Packed`], [`Error::OtherKind`].
 pub fn read(file: &Path) -> Result<Vec<u8>, Error> {
-    let bytes = std::fs::read(file).map_err(|source| Error::reading(file, source))?;
-    check_kind(file, &bytes[..bytes.len().min(START)])?;
-    if !bytes.starts_with(&[0x1f, 0x8b]) {
-        return Ok(bytes);
-    }
-    let mut all = Vec::with_capacity(8 * bytes.len());
-    match MultiGzDecoder::new(&bytes[..]).read_to_end(&mut all) {
+    let mut input = Input::open(file, &|_, _| {})?;
+    let mut all = Vec::new();
+    match input.read_to_end(&mut all) {
         Ok(_) => Ok(all),
-        Err(fault) => Err(Error::unpacking(
-            file,
-            all.len() as u64,
-            lines(&all),
-            &fault,
-        )),
+        Err(fault) if input.packed => Err(Error::unpacking(file, input.at, lines(&all), &fault)),
+        Err(fault) => Err(Error::reading(file, fault)),
     }
+}
+
+/// The first bytes of a file, unpacked, as far as it is whole.
+///
+/// # Errors
+/// [`Error::Missing`], [`Error::Unreadable`], [`Error::OtherKind`].
+pub fn head(file: &Path, count: usize) -> Result<Vec<u8>, Error> {
+    let mut head = Vec::new();
+    let input = Input::open(file, &|_, _| {})?;
+    // the reader of the whole file reports a damaged stream
+    let _ = input.take(count as u64).read_to_end(&mut head);
+    Ok(head)
 }
 
 /// A text of UTF-16 as UTF-8, unpacked as tables are; of a packed text that is cut what is there.

@@ -13,6 +13,7 @@ mod unread;
 use crate::recordings::WEEK_S;
 use crate::recordings::input::{Input, Progress};
 use crate::recordings::record::{NOT_MEASURED, Record, TimedFix};
+use crate::recordings::rtklib;
 use crate::recordings::stamped::{Fixes, Location};
 use firmware::fix::Fix;
 use firmware::wire::framer::LONGEST;
@@ -232,7 +233,14 @@ impl Log {
         let first = record.time.start().unwrap_or_default();
         let unix = origin_s.or((first > UNIX_S).then_some(0.0));
         // time 0 of the recording in GPS time, since its start or that of a week
-        let zero = unix.map_or(0.0, |origin| origin - GPS_START_S + LEAP_S);
+        let leap = |gps: f64| match self.format {
+            ReceiverFormat::Nmea => LEAP_S, // as was added to its times
+            _ => rtklib::leap(gps),
+        };
+        let zero = unix.map_or(0.0, |origin| {
+            let gps = origin - GPS_START_S;
+            gps + leap(gps + first)
+        });
         let start = self.fixes.first().map_or(0.0, |fix| fix.time);
         let shift = if self.dated {
             // the week that brings the first fix nearest to the first sample

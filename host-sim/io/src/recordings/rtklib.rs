@@ -71,6 +71,13 @@ pub fn read(file: &Path) -> Result<Solutions, Error> {
     })?;
     let (mut fixes, mut left_out) = (Vec::<TimedFix>::new(), LeftOut::default());
     let mut notes = Vec::new();
+    let mut comments = text.lines().take_while(|line| line.starts_with('%'));
+    if comments.any(|line| line.contains("/geodetic")) {
+        notes.push(format!(
+            "{}: the heights are above the geoid, which lies -106 to 85 m from the ellipsoid.",
+            file.display()
+        ));
+    }
     let last = text.lines().count();
     let mut most = 0;
     for (k, line) in (1..).zip(text.lines()) {
@@ -250,8 +257,9 @@ impl Columns {
         };
         let [n, e, d] = known(sigma, [1.0, 1.0, 1.5]);
         let [vn, ve, vd] = match velocity {
-            Some(_) => known(sigma_v, [0.05; 3]),
-            None => [NOT_MEASURED; 3],
+            // RTKLIB writes zeros where there is no Doppler
+            Some(v) if v != Vector3::zeros() => known(sigma_v, [0.05; 3]),
+            _ => [NOT_MEASURED; 3],
         };
         Ok(Ok(TimedFix {
             time,

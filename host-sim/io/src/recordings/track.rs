@@ -2,6 +2,7 @@
 
 use host_core::inertial::earth::Geodetic;
 use host_core::inertial::sins::NavState;
+use std::f64::consts::PI;
 
 /// States at rising times, at least one.
 #[derive(Debug, Clone, Default)]
@@ -10,6 +11,14 @@ pub struct Track {
     states: Vec<NavState>,
     /// The states lack the attitude.
     flat: bool,
+}
+
+/// A difference of longitudes the short way round, rad.
+fn short(difference: f64) -> f64 {
+    match difference.abs() > PI {
+        true => difference - (2.0 * PI).copysign(difference),
+        false => difference,
+    }
 }
 
 impl Track {
@@ -64,7 +73,7 @@ impl Track {
         NavState {
             position: Geodetic {
                 lat: mix(a.position.lat, b.position.lat),
-                lon: mix(a.position.lon, b.position.lon),
+                lon: a.position.lon + short(b.position.lon - a.position.lon) * share,
                 h: mix(a.position.h, b.position.h),
             },
             velocity: a.velocity.lerp(&b.velocity, share),
@@ -148,6 +157,25 @@ mod tests {
         assert_eq!(covered(1.5), [false, true, true, true, false, true, false]);
         assert_eq!(covered(3.0), [false, true, true, true, true, true, false]);
         assert_eq!(track.span(), Some((1.0, 5.0)));
+    }
+
+    #[test]
+    fn longitudes_go_the_short_way_round() {
+        let at = |lon: f64| NavState {
+            position: Geodetic {
+                lon: lon.to_radians(),
+                ..state(0.0, 0.0).position
+            },
+            ..state(0.0, 0.0)
+        };
+        for (from, to) in [(179.5, -179.5), (359.5, 0.5), (-179.5, 179.5)] {
+            let track = Track::new(vec![0.0, 2.0], vec![at(from), at(to)]);
+            let middle = at((from + to) / 2.0 + 180.0).position;
+            assert!(
+                track.at(1.0).position.ned_from(&middle).norm() < 1e-6,
+                "{from}"
+            );
+        }
     }
 
     #[test]

@@ -35,21 +35,25 @@ impl Unwrapped {
     }
 }
 
-/// Moves the fixes by a week where the samples are of the other side of a week's end.
+/// Moves fixes and wheels by a week where the samples are of the other side of a week's end.
 pub(super) fn join(record: &mut Record) {
     let ends = record.time.start().zip(record.time.end());
-    let fixes = record.fixes.first().zip(record.fixes.last());
-    let (Some((from, to)), Some((first, last))) = (ends, fixes) else {
+    let Some((from, to)) = ends else {
         return;
     };
-    let overlap = |by: f64| (last.time + by).min(to) - (first.time + by).max(from);
-    if record.fixes.len() < 2 || overlap(0.0) > OVERLAP_S {
-        return;
+    let week = |first: f64, last: f64| {
+        let overlap = |by: f64| (last + by).min(to) - (first + by).max(from);
+        let mut weeks = [0.0, WEEK_S, -WEEK_S].into_iter();
+        weeks.find(|by| overlap(*by) > OVERLAP_S)
+    };
+    let wheels = record.wheels.first().zip(record.wheels.last());
+    if let Some(by) = wheels.and_then(|([first, _], [last, _])| week(*first, *last)) {
+        record.wheels.iter_mut().for_each(|[time, _]| *time += by);
     }
-    let by = [WEEK_S, -WEEK_S]
-        .into_iter()
-        .find(|by| overlap(*by) > OVERLAP_S);
-    if let Some(by) = by {
+    let fixes = record.fixes.first().zip(record.fixes.last());
+    let fixes = fixes.filter(|_| record.fixes.len() > 1);
+    let by = fixes.and_then(|(first, last)| week(first.time, last.time));
+    if let Some(by) = by.filter(|by| *by != 0.0) {
         record.move_fixes(by);
         let note = "The fixes are moved by a week, because samples and fixes lie on both sides of \
                     its end.";

@@ -75,6 +75,7 @@ pub fn read(folder: &Path, choice: &Choice) -> Result<Reading, Error> {
     let first = track.at(record.first_epoch());
     record.initial_attitude = Some(InitialAttitude::Known(first.q_bn));
     record.truth = Some(track);
+    record.lever_arm_m = Some([0.0; 3]); // the ground truth is of the body
     let note = format!(
         "{}: the ground truth serves as fixes, with x as north and y as west",
         folder.display()

@@ -3,6 +3,7 @@
 use super::header::{SPEED, TIME, Wheels};
 use super::read::OpenedHeader;
 use super::{Described, File};
+use crate::recordings::week::Unwrapped;
 use host_core::error::Error;
 
 /// Speeds, m/s, at rising times, s. A row without a time or a speed is left out.
@@ -23,9 +24,11 @@ pub(super) fn wheels(read: &OpenedHeader, wheels: &Wheels) -> Result<Vec<[f64; 2
     let file = File::open(read, described, &path, &columns.map(|(_, name)| name))?;
     let mut all: Vec<[f64; 2]> = Vec::new();
     let mut falls = None;
+    let mut week = Unwrapped::default();
     file.rows(&columns, |row| {
         let [time, speed] = [row[0] * second, row[1] * mps];
         if time.is_finite() && speed.is_finite() {
+            let time = week.on(time);
             if all.last().is_some_and(|[before, _]| time <= *before) {
                 falls = falls.or(Some(time));
             }

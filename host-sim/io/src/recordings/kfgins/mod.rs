@@ -156,7 +156,14 @@ pub fn read_truth(file: &Path) -> Result<Track, Error> {
     let angles = ["roll_deg", "pitch_deg", "yaw_deg"];
     let names = [&["week"], &POSITION[..], &VELOCITY, &angles].concat();
     let table = table(file, &[&names], false, false)?;
-    table.check_rising(1)?;
+    let first = table.row(0)[0];
+    let time: Vec<f64> = table
+        .rows()
+        .map(|r| (r[0] - first) * WEEK_S + r[1])
+        .collect();
+    if let Some(k) = time.windows(2).position(|pair| pair[1] <= pair[0]) {
+        return Err(table.time_back(k + 1, "second of the week", [time[k], time[k + 1]]));
+    }
     table.check_within(2..3, 89.9, "give a latitude in degrees, not at a pole")?;
     table.check_within(3..4, 360.0, "give a longitude in degrees")?;
     table.check_within(4..5, 20_000.0, "give a height in m")?;
@@ -170,7 +177,6 @@ pub fn read_truth(file: &Path) -> Result<Track, Error> {
         velocity: Vector3::new(r[5], r[6], r[7]),
         q_bn: from_euler(r[8] * DEG, r[9] * DEG, r[10] * DEG),
     };
-    let time = table.rows().map(|r| r[1]).collect();
     Ok(Track::new(time, table.rows().map(state).collect()))
 }
 

@@ -6,6 +6,7 @@
 //! without one (power cut) reads as well.
 
 use crate::recordings::input::Input;
+use crate::recordings::zstd::{Frames, is_zstd};
 use flate2::Crc;
 use host_core::error::Error;
 use std::collections::BTreeMap;
@@ -139,10 +140,7 @@ impl<'a> Walk<'a> {
         match compression.as_str() {
             "" => self.records(&mut *bytes, size, sum)?,
             "lz4" => self.records(lz4_flex::frame::FrameDecoder::new(&mut *bytes), size, sum)?,
-            "zstd" => {
-                let decoder = ruzstd::decoding::StreamingDecoder::new(&mut *bytes);
-                self.records(decoder.map_err(io::Error::other)?, size, sum)?;
-            }
+            "zstd" => self.records(Frames::new(&mut *bytes), size, sum)?,
             other => {
                 let problem = format!("holds a chunk compressed with '{other}'");
                 let remedy = "run 'mcap compress FILE -o NEW.mcap --compression zstd' (mcap.dev)";
@@ -246,10 +244,10 @@ impl<'a> Walk<'a> {
 
 /// The content of a message that rosbag2 has compressed by itself (its compression mode MESSAGE).
 pub(super) fn unpacked(data: &[u8]) -> Option<Vec<u8>> {
-    data.starts_with(&[0x28, 0xB5, 0x2F, 0xFD]).then_some(())?;
-    let decoder = ruzstd::decoding::StreamingDecoder::new(data).ok()?;
+    is_zstd(data).then_some(())?;
     let mut out = Vec::new();
-    decoder.take(LONGEST).read_to_end(&mut out).ok()?;
+    let content = Frames::new(data).take(LONGEST).read_to_end(&mut out);
+    content.ok()?;
     Some(out)
 }
 

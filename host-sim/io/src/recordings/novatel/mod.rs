@@ -8,6 +8,7 @@
 pub mod rewrite;
 
 use crate::recordings::WEEK_S;
+use crate::recordings::nowhere::{LeftOut, is_nowhere};
 use crate::recordings::record::{Record, TimedFix};
 use crate::recordings::session::{InitialAttitude, complain, referenced};
 use crate::recordings::track::Track;
@@ -34,6 +35,11 @@ const CORRECTED_PAYLOAD: usize = 60;
 /// Standard deviations of the receiver's solution as fixes (assumed): m, then m/s. The solution is
 /// smooth, so what counts is the error of its differences.
 const SIGMAS: [f64; 6] = [0.1, 0.1, 0.1, 0.02, 0.02, 0.02];
+
+/// States of the inertial solution that have position, velocity and attitude (OEM7 manual, table
+/// "Inertial Solution Status"): high variance, good, free, alignment complete. The others come
+/// before an alignment has ended.
+const USABLE: [u32; 4] = [2, 3, 6, 7];
 
 /// One raw sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -159,16 +165,23 @@ impl Recording {
         }
     }
 
-    /// INSPVAS without duplicates, each with its time in s since the start of GPS week `week`.
-    fn solutions(&self, week: u32) -> Vec<(f64, &Inspvas)> {
+    /// INSPVAS without duplicates and without those that hold no solution, each with its time in s
+    /// since the start of GPS week `week`; and what was left out.
+    fn solutions(&self, week: u32) -> (Vec<(f64, &Inspvas)>, LeftOut) {
         let mut solutions: Vec<(f64, &Inspvas)> = Vec::new();
+        let mut left_out = LeftOut::default();
         for ins in &self.ins {
             let time = (f64::from(ins.week) - f64::from(week)) * WEEK_S + ins.second_of_week;
-            if solutions.last().is_none_or(|(last, _)| time > *last) {
+            let [lat, lon, _] = ins.position;
+            if !USABLE.contains(&ins.status) {
+                left_out.count("the inertial solution is not aligned yet", time);
+            } else if is_nowhere(lat, lon) {
+                left_out.count("latitude and longitude are 0 or nan", time);
+            } else if solutions.last().is_none_or(|(last, _)| time > *last) {
                 solutions.push((time, ins));
             }
         }
-        solutions
+        (solutions, left_out)
     }
 
     fn complain(&self, key: &str, problem: &str, remedy: &str) -> Error {
@@ -224,7 +237,7 @@ pub fn session(
         |problem: &str, remedy: &str| Err(recording.complain("INSPVAS", problem, remedy));
     let dt = EPOCH_S / f64::from(rate);
     check_raw(recording, dt)?;
-    let solutions = recording.solutions(0);
+    let (solutions, _) = recording.solutions(0);
     let (Some((t0, _)), Some((t1, _))) = (solutions.first(), solutions.last()) else {
         let remedy = "log INSPVASB beside the raw increments";
         return complain("is not among the messages", remedy);
@@ -279,17 +292,25 @@ pub fn record(
         }
     };
     let samples = raw.iter().map(|r| counts(r, mounting));
-    let attitude = recording.ins.first().map(|ins| state(ins).q_bn);
-    Ok(Record {
+    let (solutions, left_out) = recording.solutions(week.into());
+    let mut record = Record {
         file: recording.file.clone(),
         time: raw.iter().map(|r| time(r)).collect(),
         samples: samples.map(|counts| to_si(&counts, &lsb)).collect(),
         kind: crate::recordings::record::Kind::Increment,
         rate_hz: usize::from(rate),
-        fixes: recording.solutions(week.into()).iter().map(fix).collect(),
-        initial_attitude: attitude.map(InitialAttitude::Known),
+        fixes: solutions.iter().map(fix).collect(),
+        lever_arm_m: Some([0.0; 3]), // INSPVAS is of the IMU
+        notes: left_out.notes(&format!("{}: INSPVAS", recording.file.display())),
         ..Record::default()
-    })
+    };
+    if !solutions.is_empty() {
+        let times = solutions.iter().map(|(time, _)| *time).collect();
+        let track = Track::new(times, solutions.iter().map(|(_, ins)| state(ins)).collect());
+        let attitude = track.at(record.first_epoch()).q_bn;
+        record.initial_attitude = Some(InitialAttitude::Known(attitude));
+    }
+    Ok(record)
 }
 
 /// Counts of a sample in forward-right-down.

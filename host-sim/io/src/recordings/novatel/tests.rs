@@ -76,6 +76,20 @@ fn ins(second: f64) -> Vec<u8> {
     log.emit().to_vec()
 }
 
+/// Before the alignment: no solution.
+fn unaligned(second: f64) -> Vec<u8> {
+    let log = Inspvas {
+        header_time: (2100, (second * 1e3) as u32),
+        week: 2100,
+        second_of_week: second,
+        position: [0.0; 3],
+        velocity: [0.0; 3],
+        attitude: [0.0; 3],
+        status: 1,
+    };
+    log.emit().to_vec()
+}
+
 /// Raw samples with INSPVAS ten times a second, type 11 (HG1700).
 fn stream(log: Log, kind: u8, n: usize) -> Vec<Vec<u8>> {
     (0..n)
@@ -307,4 +321,45 @@ fn a_log_is_written_again_with_corrected_counts() {
     assert_eq!(record.samples.len(), again.raw.len());
     let why = original.without(&taken[1..]).unwrap_err().to_string();
     assert!(why.contains("'raw samples' are not those"), "{why}");
+}
+
+/// A solution that is not aligned is no fix and gives no attitude; the attitude is that at the
+/// first epoch, also where solutions come before the samples.
+#[test]
+fn what_comes_before_the_alignment_is_left_out() {
+    let whole = stream(Log::Rawimusx, 11, 260).concat();
+    let before = [ins(990.0), ins(998.0)].concat();
+    let started: Vec<u8> = (0..3)
+        .flat_map(|k| unaligned(985.0 + f64::from(k)))
+        .collect();
+    let (_dir, path) = file("in.gps", &[started, before, whole].concat());
+    let r = record(&read(&path).unwrap(), Axes::RIGHT_FORWARD_UP, None).unwrap();
+    assert_eq!((r.fixes.len(), r.lever_arm_m), (28, Some([0.0; 3])));
+    assert!(
+        r.notes[0].contains("3 lines from 985 to 987 s hold no fix"),
+        "{:?}",
+        r.notes
+    );
+    let turning = |second: f64| {
+        let log = Inspvas::parse(&ins(second)).unwrap();
+        Inspvas {
+            attitude: [0.0, 0.0, 10.0 * (second - 990.0)],
+            ..log
+        }
+    };
+    let turned = [990.0, 998.0, 1000.05, 1001.05].map(turning);
+    let log = Recording {
+        ins: turned.to_vec(),
+        ..read(&path).unwrap()
+    };
+    let r = record(&log, Axes::RIGHT_FORWARD_UP, None).unwrap();
+    let Some(InitialAttitude::Known(q)) = r.initial_attitude else {
+        panic!("no attitude");
+    };
+    let heading = q.euler_angles().2 / DEG;
+    let first = r.first_epoch() - 990.0;
+    assert!(
+        (heading - 10.0 * first).abs() < 1e-6 && first > 9.0,
+        "{heading} {first}"
+    );
 }

@@ -176,3 +176,22 @@ fn zeros_and_a_cut_line_are_no_fixes() {
     let found = solved(&format!("{COMMENT}{earth} {BEHIND}\n{zeros}")).unwrap();
     assert_eq!(found.fixes.len(), 1);
 }
+
+/// RTKLIB writes zeros as velocities without Doppler, and says in a comment above what heights are.
+#[test]
+fn zero_velocities_are_none_and_geodetic_heights_are_noted() {
+    let names = "GPST latitude(deg) longitude(deg) height(m)";
+    let line = |velocity: &str| {
+        format!("2139 210030.500 -28.5 112.75 58.5 1 12 .1 .1 .1 0 0 0 0 5 {velocity}\n")
+    };
+    let of = |velocity: &str| {
+        let behind = format!("{BEHIND} vn(m/s) ve(m/s) vu(m/s) sdvn sdve sdvu sdvne sdveu sdvun");
+        let comment = COMMENT.replace("ellipsoidal", "geodetic");
+        solved(&format!("{comment}%  {names} {behind}\n{}", line(velocity))).unwrap()
+    };
+    let still = of("0.00000 0.00000 0.00000 0 0 0 0 0 0");
+    assert!(!still.fixes[0].has(3..6) && still.notes[0].contains("above the geoid"));
+    let moving = of("0.00000 0.10000 0.00000 0.1 0.1 0.1 0 0 0");
+    assert_eq!(moving.fixes[0].velocity, [0.0, 0.1, 0.0]);
+    assert!(moving.fixes[0].has(3..6));
+}

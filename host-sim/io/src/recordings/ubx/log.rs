@@ -10,6 +10,7 @@
 //! data      type << 24 | value, 24 bits, signed
 //! ```
 
+use super::KINDS;
 use crate::recordings::input::Input;
 use firmware::wire::Scan;
 use firmware::wire::ubx::{self, Pvt};
@@ -110,10 +111,11 @@ impl Log {
         match [head[2], head[3]] {
             ESF_RAW => {
                 let all = payload.get(4..).unwrap_or_default().chunks_exact(8);
-                self.raw.extend(all.filter_map(|pair| {
+                let all = all.filter_map(|pair| {
                     let (data, tag) = pair.split_first_chunk()?;
                     Some(measured(*data, u32::from_le_bytes(tag.try_into().ok()?)))
-                }));
+                });
+                self.raw.extend(all.filter(is_inertial));
             }
             ESF_MEAS => {
                 let Some((&[t0, t1, t2, t3, _, flags, _, _], data)) = payload.split_first_chunk()
@@ -123,7 +125,7 @@ impl Log {
                 let tag = u32::from_le_bytes([t0, t1, t2, t3]);
                 let all = data.chunks_exact(4).take(usize::from(flags >> 3));
                 let all = all.filter_map(|data| Some(measured(data.try_into().ok()?, tag)));
-                self.plain.extend(all);
+                self.plain.extend(all.filter(is_inertial));
             }
             _ => {
                 if let Ok(pvt) = Pvt::parse(bytes) {
@@ -132,6 +134,12 @@ impl Log {
             }
         }
     }
+}
+
+/// Whether it is of the gyros or accelerometers. Others, such as a host's wheel ticks, may have the
+/// tags of another clock.
+fn is_inertial(measured: &Measured) -> bool {
+    KINDS.contains(&measured.kind)
 }
 
 fn measured(data: [u8; 4], tag: u32) -> Measured {

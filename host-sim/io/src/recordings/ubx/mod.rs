@@ -14,16 +14,20 @@ mod tests;
 
 use crate::recordings::input::{Input, Progress};
 use crate::recordings::record::{Kind, NOT_MEASURED, TimedFix};
+use crate::recordings::rtklib;
 use crate::recordings::session::complain;
 use crate::recordings::stamped::{Fixes, Location, Reading, Samples, turned};
 use clock::{Clock, second_of_week, unwrapped};
-use firmware::wire::ubx::Pvt;
+use firmware::wire::Scan;
+use firmware::wire::ubx::{Pvt, scan};
 use host_core::error::Error;
 use host_core::inertial::units::DEG;
 use log::{Log, Measured};
 use nalgebra::Rotation3;
 use std::path::Path;
 
+/// Length of a day, s.
+const DAY_S: f64 = 86_400.0;
 /// One count of a gyro, rad/s.
 const GYRO: f64 = DEG / 4096.0;
 /// One count of an accelerometer, m/s2.
@@ -40,6 +44,13 @@ pub struct Choice {
     pub max_gap_s: Option<f64>,
     /// Turns axes of the receiver's sensor into forward-right-down.
     pub mounting: Rotation3<f64>,
+}
+
+/// Whether a message with a right checksum is among the bytes.
+#[must_use]
+pub fn is_among(bytes: &[u8]) -> bool {
+    let whole = |at| matches!(scan(&bytes[at..]), Scan::Frame(_) | Scan::Other(_));
+    (0..bytes.len()).any(whole)
 }
 
 /// Reads samples and fixes of a log.
@@ -76,16 +87,26 @@ pub fn read(file: &Path, choice: &Choice, progress: Progress<'_>) -> Result<Read
     let times = second_of_week(log.fixes.iter().map(|(pvt, _)| pvt));
     let delay = (choice.fix_delay_s * 1e9).round() as i64;
     let mut fixes = Fixes::new(Location::new(file, "NAV-PVT"));
-    for (k, ((pvt, _), ms)) in log.fixes.iter().zip(times).enumerate() {
+    for (k, ((pvt, _), ms)) in log.fixes.iter().zip(&times).enumerate() {
         if pvt.is_good() {
-            fixes.push(k, clock.ns_of_week(ms) - delay, fix(pvt))?;
+            fixes.push(k, clock.ns_of_week(*ms) - delay, fix(pvt))?;
         }
     }
+    let origin_s = samples.origin_ns().and_then(|origin| {
+        let dated = log
+            .fixes
+            .iter()
+            .zip(times)
+            .find(|((pvt, _), _)| pvt.is_good());
+        let ((pvt, _), ms) = dated?;
+        let since = (clock.ns_of_week(ms) - delay - origin) as f64 * 1e-9;
+        Some(utc(pvt)? - since)
+    });
     let record = samples.record(file, choice.max_gap_s, &fixes.all)?;
     Ok(Reading {
         record,
         notes,
-        origin_s: None,
+        origin_s,
     })
 }
 
@@ -125,6 +146,14 @@ fn fix(pvt: &Pvt) -> TimedFix {
         velocity: fix.velocity,
         sigmas: fix.sigmas.map(sigma),
     }
+}
+
+/// UTC of a fix, s since 1970; `None` where the receiver does not know it.
+fn utc(pvt: &Pvt) -> Option<f64> {
+    let [month, day, hour, minute, second] = pvt.month_to_second.map(f64::from);
+    let days = rtklib::days([f64::from(pvt.year), month, day]).filter(|_| pvt.valid & 7 == 7)?;
+    let of_day = (hour * 60.0 + minute) * 60.0 + second + f64::from(pvt.nanosecond) * 1e-9;
+    Some(days * DAY_S + of_day)
 }
 
 /// The measurements of all six axes at the same tag. A tag without one of them is left out.

@@ -1,4 +1,5 @@
 use super::*;
+use crate::recordings::record::Record;
 use proptest::prelude::*;
 use test_bench::recordings::message;
 
@@ -191,4 +192,63 @@ proptest! {
             Err(error) => prop_assert!(error.to_string().contains("; remedy: ")),
         }
     }
+}
+
+/// A host's wheel ticks with the tags of its own clock change nothing.
+#[test]
+fn tags_of_another_clock_do_not_count() {
+    let wheels = |k: i32| {
+        let mut payload = [&(7000 * k as u32).to_le_bytes()[..], &[8, 8, 0, 0]].concat();
+        payload.extend(data(10, k));
+        ubx(0x10, 0x02, &payload)
+    };
+    let (mut mixed, mut alone) = (Vec::new(), Vec::new());
+    for k in 0..=2000_i32 {
+        let sample = plain(5000 + 10 * k as u32, k);
+        mixed.extend(wheels(k));
+        for log in [&mut mixed, &mut alone] {
+            log.extend(sample.clone());
+        }
+        mixed.extend(wheels(k));
+        if k % 100 == 4 {
+            for log in [&mut mixed, &mut alone] {
+                log.extend(pvt(i64::from(k) / 100 * 1000));
+            }
+        }
+    }
+    let choice = Choice::default();
+    let [mixed, alone] = [mixed, alone].map(|log| read_bytes(&log, &choice).unwrap().record);
+    let all = |r: &Record| r.time.iter().copied().collect::<Vec<f64>>();
+    assert_eq!(all(&mixed), all(&alone));
+    assert_eq!(mixed.fixes, alone.fixes);
+}
+
+/// UTC at time 0 is known from the first fix, for fixes beside the log.
+#[test]
+fn the_date_is_known() {
+    let dated = |ms: i64| {
+        Pvt {
+            year: 2026,
+            month_to_second: [11, 29, 0, 0, 3],
+            nanosecond: -500_000_000,
+            valid: 7,
+            ..Pvt::parse(&pvt(ms)).unwrap()
+        }
+        .emit()
+    };
+    let mut log = Vec::new();
+    for k in 0..=2000_i32 {
+        log.extend(plain(5000 + 10 * k as u32, k));
+        if k % 100 == 0 && k > 0 {
+            log.extend(dated(i64::from(k) * 10 + 1500));
+        }
+    }
+    let read = read_bytes(&log, &Choice::default()).unwrap();
+    // 2026-11-29 is 20 786 days after 1970, and the first fix is at 1 s
+    let want = 20_786.0 * 86_400.0 + 2.5 - 1.0;
+    assert!(
+        (read.origin_s.unwrap() - want).abs() < 1e-3,
+        "{:?}",
+        read.origin_s
+    );
 }

@@ -65,8 +65,9 @@ pub fn read(file: &Path, choice: &Choice, progress: Progress<'_>) -> Result<Read
     let mut notes = notes(file, &summary, &collected, input.at);
     let (stream, pieces) = choose(file, choice, &mut collected, &summary, &mut notes)?;
     let location = Location::new(file, format!("{} {}", stream.0, stream.1));
-    let fixes = fixes(file, choice, &mut collected, &summary, &mut notes)?;
+    let (fixes, utc) = fixes(file, choice, &mut collected, &summary, &mut notes)?;
     let samples = samples(&location, choice, &pieces)?;
+    let origin_s = utc.zip(samples.origin_ns());
     let mut record = samples.record(file, choice.max_gap_s, &fixes)?;
     if choice.attitude {
         let origin = pieces.first().map_or(0, |p| p.end);
@@ -75,7 +76,7 @@ pub fn read(file: &Path, choice: &Choice, progress: Progress<'_>) -> Result<Read
     Ok(Reading {
         record,
         notes,
-        origin_s: None,
+        origin_s: origin_s.map(|(utc, origin)| utc + origin as f64 * 1e-9),
     })
 }
 
@@ -211,20 +212,28 @@ fn samples(location: &Location, choice: &Choice, pieces: &[Piece]) -> Result<Sam
     Ok(samples)
 }
 
+/// Fixes with their times, ns.
+type TimedFixes = Vec<(i64, TimedFix)>;
+
+/// The fixes, and UTC at the start of the autopilot, s since 1970, if the receiver knew it.
 fn fixes(
     file: &Path,
     choice: &Choice,
     collected: &mut Collected,
     summary: &Summary,
     notes: &mut Vec<String>,
-) -> Result<Vec<(i64, TimedFix)>, Error> {
+) -> Result<(TimedFixes, Option<f64>), Error> {
     let Some(((topic, instance), all)) = collected.receiver() else {
-        return Ok(Vec::new());
+        return Ok(Default::default());
     };
     let logged = summary.parameters.get(DELAY).map(|ms| ms * 1e-3);
     let delay_s = choice.fix_delay_s.or(logged).unwrap_or(0.0);
     let mut fixes = Fixes::new(Location::new(file, format!("{topic} {instance}")));
-    if choice.fix_delay_s.is_none() {
+    let sampled = choice.fix_delay_s.is_none() && all.iter().all(|of| of.sampled.is_some());
+    if sampled {
+        let text = "fixes have their own time of validity (timestamp_sample)";
+        notes.push(fixes.note(text));
+    } else if choice.fix_delay_s.is_none() {
         notes.push(fixes.note(&match logged {
             Some(s) => format!(
                 "fixes count as {s:.3} s old, as {DELAY} says; --fix-delay-s gives another delay"
@@ -241,11 +250,17 @@ fn fixes(
         );
         notes.push(fixes.note(&text));
     }
-    for (k, (us, fix)) in all.iter().enumerate() {
-        fixes.push(k, us.saturating_mul(1000).saturating_sub(delay), *fix)?;
+    let mut starts = Vec::new();
+    for (k, of) in all.iter().enumerate() {
+        let arrived = of.arrived.saturating_mul(1000).saturating_sub(delay);
+        let valid = of.sampled.filter(|_| sampled);
+        let ns = valid.map_or(arrived, |us| us.saturating_mul(1000));
+        fixes.push(k, ns, of.fix)?;
+        starts.extend(of.utc.map(|us| us as f64 * 1e-6 - ns as f64 * 1e-9));
     }
     notes.extend(fixes.left_out());
-    Ok(fixes.all)
+    starts.sort_by(f64::total_cmp);
+    Ok((fixes.all, starts.get(starts.len() / 2).copied()))
 }
 
 /// The autopilot's attitude at the first fix.

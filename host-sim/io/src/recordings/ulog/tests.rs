@@ -33,7 +33,7 @@ const FORMATS: [&str; 6] = [
     "vehicle_imu:uint64_t timestamp;uint64_t timestamp_sample;float[3] delta_angle;float[3] delta_velocity;uint32_t delta_angle_dt;uint32_t delta_velocity_dt;",
     "sensor_combined:uint64_t timestamp;float[3] gyro_rad;uint32_t gyro_integral_dt;int32_t accelerometer_timestamp_relative;float[3] accelerometer_m_s2;uint32_t accelerometer_integral_dt;uint8_t[4] _padding0;",
     "vehicle_gps_position:uint64_t timestamp;int32_t lat;int32_t lon;int32_t alt_ellipsoid;float s_variance_m_s;float eph;float epv;float vel_n_m_s;float vel_e_m_s;float vel_d_m_s;uint8_t fix_type;bool vel_ned_valid;",
-    "sensor_gps:uint64_t timestamp;uint64_t timestamp_sample;double latitude_deg;double longitude_deg;double altitude_ellipsoid_m;float s_variance_m_s;float eph;float epv;float vel_n_m_s;float vel_e_m_s;float vel_d_m_s;uint8_t fix_type;bool vel_ned_valid;",
+    "sensor_gps:uint64_t timestamp;uint64_t timestamp_sample;uint64_t time_utc_usec;double latitude_deg;double longitude_deg;double altitude_ellipsoid_m;float s_variance_m_s;float eph;float epv;float vel_n_m_s;float vel_e_m_s;float vel_d_m_s;uint8_t fix_type;bool vel_ned_valid;",
     "vehicle_attitude:uint64_t timestamp;nested before;float[4] q;",
     "nested:uint8_t[3] x;int16_t y;",
 ];
@@ -99,10 +99,15 @@ fn gps(k: u64, kind: u8) -> Vec<u8> {
 }
 
 fn sensor_gps(k: u64) -> Vec<u8> {
+    timed_gps(k, 0, 0)
+}
+
+fn timed_gps(k: u64, sampled: u64, utc: u64) -> Vec<u8> {
     let time = (START_US + 1_000_000 * k).to_le_bytes();
+    let others = [sampled, utc].map(u64::to_le_bytes).concat();
     let position = [47.0 + 1e-5 * k as f64, 8.0, 400.25].map(f64::to_le_bytes);
     let floats = floats(&[0.3, 1.5, f32::NAN, 4.0, -1.0, 0.5]);
-    data(4, &[&time, &[0; 8], &position.concat(), &floats, &[3, 0]])
+    data(4, &[&time, &others, &position.concat(), &floats, &[3, 0]])
 }
 
 fn attitude(k: u64) -> Vec<u8> {
@@ -365,5 +370,37 @@ proptest! {
             }
             Err(error) => prop_assert!(error.to_string().contains("; remedy: ")),
         }
+    }
+}
+
+/// The time of validity that a driver has measured counts instead of the delay, and nonsense there
+/// does not; UTC at time 0 is known.
+#[test]
+fn a_measured_time_of_validity_counts() {
+    let read = |sampled: fn(u64) -> u64| {
+        let each = |k: u64| {
+            let second = k / 200;
+            let valid = START_US + 1_000_000 * second - 80_000;
+            let utc = 1_764_000_000_000_000 + 1_000_000 * second;
+            match k % 200 {
+                0 => [combined(k), timed_gps(second, sampled(valid), utc)].concat(),
+                _ => combined(k),
+            }
+        };
+        read_bytes(&log(each), &Choice::default()).unwrap()
+    };
+    for (sampled, age) in [
+        ((|valid| valid) as fn(u64) -> u64, 0.08),
+        (|_| 0, 0.12),
+        (|_| 77, 0.12),
+    ] {
+        let read = read(sampled);
+        let fixes = &read.record.fixes;
+        assert!(
+            (fixes[2].time - (2.0 - age)).abs() < 1e-9,
+            "{}",
+            fixes[2].time
+        );
+        assert!((read.origin_s.unwrap() - 1_764_000_000.0 - age).abs() < 1e-6);
     }
 }

@@ -27,6 +27,22 @@ pub(super) struct Piece {
     pub(super) dv: [f64; 3],
 }
 
+/// A fix with its times, us since the start of the autopilot.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Received {
+    /// When it arrived.
+    pub(super) arrived: i64,
+    /// When it was valid, if the driver measured it; else it is 0, as late as its arrival, or
+    /// nonsense.
+    pub(super) sampled: Option<i64>,
+    /// UTC since 1970, us.
+    pub(super) utc: Option<i64>,
+    pub(super) fix: TimedFix,
+}
+
+/// No fix arrives later, us.
+const LATE_US: i64 = 1_000_000;
+
 /// A topic with its instance.
 pub(super) type Stream = (&'static str, u8);
 
@@ -34,8 +50,7 @@ pub(super) type Stream = (&'static str, u8);
 #[derive(Debug, Default)]
 pub(super) struct Collected {
     pub(super) pieces: BTreeMap<Stream, Vec<Piece>>,
-    /// Fixes with their times, us.
-    pub(super) fixes: BTreeMap<Stream, Vec<(i64, TimedFix)>>,
+    pub(super) fixes: BTreeMap<Stream, Vec<Received>>,
     /// Attitudes w, x, y, z with their times, us.
     pub(super) attitudes: Vec<(i64, [f64; 4])>,
     /// Messages of a receiver without a fix in three dimensions.
@@ -71,11 +86,18 @@ impl Collected {
                 self.attitudes.push((time(row)?, q));
             }
             _ => {
-                let (time, fix) = (row.integer("timestamp", 0)?, fix(row)?);
+                let (arrived, fix) = (row.integer("timestamp", 0)?, fix(row)?);
                 let fixes = self.fixes.entry(stream).or_default();
-                let again = fixes.last().is_some_and(|(before, _)| *before == time);
+                let again = fixes.last().is_some_and(|before| before.arrived == arrived);
+                let positive = |name: &str| row.integer(name, 0).filter(|us| *us > 0);
+                let sampled = positive("timestamp_sample");
                 match fix {
-                    Some(fix) if !again => fixes.push((time, fix)),
+                    Some(fix) if !again => fixes.push(Received {
+                        arrived,
+                        sampled: sampled.filter(|us| (1..LATE_US).contains(&(arrived - us))),
+                        utc: positive("time_utc_usec"),
+                        fix,
+                    }),
                     Some(_) => {}
                     None => *self.without_fix.entry(stream).or_default() += 1,
                 }
@@ -85,7 +107,7 @@ impl Collected {
     }
 
     /// The fixes of the receiver that the autopilot used, else of the first one.
-    pub(super) fn receiver(&mut self) -> Option<(Stream, Vec<(i64, TimedFix)>)> {
+    pub(super) fn receiver(&mut self) -> Option<(Stream, Vec<Received>)> {
         let first = |topic: &str| {
             let mut streams = self.fixes.keys();
             streams.find(|(name, _)| *name == topic).copied()

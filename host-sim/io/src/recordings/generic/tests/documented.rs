@@ -12,7 +12,7 @@ fn the_documented_example_is_a_header() {
         .map(|l| l.trim_start_matches("//!").to_owned() + "\n")
         .collect();
     let header: Header = toml::from_str(&doc).unwrap();
-    assert_eq!(header.start.standstill_s, Some(300));
+    assert_eq!(header.start.standstill_s, Some(300.0));
     // the keys that are commented out exist, too
     let all = doc
         .replace("# separator", "separator")
@@ -28,7 +28,7 @@ fn the_example_of_the_page_is_a_header() {
     let (_, example) = page.split_once("```toml\n").unwrap();
     let (example, _) = example.split_once("```").unwrap();
     let header: Header = toml::from_str(example).unwrap();
-    assert_eq!(header.start.standstill_s, Some(120));
+    assert_eq!(header.start.standstill_s, Some(120.0));
 }
 
 /// The rows of the table of keys in docs/your-data.md, as `table.key`.

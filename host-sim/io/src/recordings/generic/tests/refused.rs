@@ -69,7 +69,7 @@ fn every_fault_of_the_header_is_named() {
         (
             "axes = \"y x -z\"",
             "mounting = 3",
-            "in.toml:7: 'mounting' is neither axes",
+            "in.toml:7: 'imu.mounting' is neither axes",
         ),
         (
             "[gnss]",
