@@ -389,6 +389,9 @@ impl Messages for Euroc {
         let start = self.body.start()?;
         let mut reading = euroc::read(&self.folder, &choice)?;
         let record = &mut reading.record;
+        if self.beside().is_given() {
+            record.lever_arm_m = None; // that of the antenna, not of the ground truth
+        }
         record.initial_attitude = start.or(record.initial_attitude);
         Ok(reading)
     }
