@@ -58,7 +58,6 @@ pub struct Step<T = f32> {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
 pub enum Fault {
     /// An input, or the target or rate of [`Net::step_descend`], is infinite or NaN. The step is
     /// not made; the last output is repeated.
