@@ -109,10 +109,11 @@ pub fn summarise(rows: &[Judged], cases: &[Case]) -> Vec<Summary> {
     all
 }
 
-/// The gain as a share of that of the undisturbed case, if that is at least [`LEAST_GAIN`].
+/// The gain as a share of that of the undisturbed case, if that is at least [`LEAST_GAIN`]; to two
+/// digits, as rows are written, so that a page counts what its rows say.
 fn gain_share(of: &Summary, clean: &Summary) -> Option<f64> {
     let gain = |of: &Summary| 1.0 - of.ratio_median;
-    (gain(clean) > LEAST_GAIN).then(|| gain(of) / gain(clean))
+    (gain(clean) > LEAST_GAIN).then(|| (100.0 * gain(of) / gain(clean)).round() / 100.0)
 }
 
 fn of(rows: &[&Judged]) -> Summary {

@@ -162,7 +162,10 @@ fn faults_are_named_by_line_and_column() {
             with(5, "0.12"),
             "imu.csv:7: 1 columns instead of 2; remedy: ",
         ),
-        (with(5, ""), "imu.csv:7: 0 columns instead of 2; remedy: "),
+        (
+            with(5, ""),
+            "imu.csv:8: column 't_s': '0.14' is not one step after the line before; remedy: ",
+        ),
         (
             with(5, "0.05,1"),
             "imu.csv:7: column 't_s': time 0.05 follows 0.1; remedy: ",
