@@ -186,15 +186,15 @@ mod tests {
         assert!(message(text).contains("'gnss.gaps.mean_length_s' is 0"));
         let text = "[gnss.multipath]\nmean_interval_s = 1e-9";
         assert!(message(text).contains("'gnss.multipath.mean_interval_s' is 0.000000001"));
-        assert!(message("[gnss.coloured]\ntime = 9").contains(":2: 'time'"));
+        assert!(message("[gnss.coloured]\ntime = 9").contains(":2: 'gnss.coloured.time'"));
         assert!(message("[gnss]\nlatency_s = 5.1").contains("'gnss.latency_s' is 5.1"));
         let text = "[gnss]\nlever_arm_m = [0, 200, 0]";
         assert!(message(text).contains("'gnss.lever_arm_m[1]' is 200"));
-        assert!(message("[gnss]\nlever_arm_m = [0, 2]").contains(":2: 'lever_arm_m'"));
+        assert!(message("[gnss]\nlever_arm_m = [0, 2]").contains(":2: 'gnss.lever_arm_m'"));
         assert!(message("[gnss]\nrate_hz = 0").contains("'gnss.rate_hz' is 0"));
         assert!(message("[gnss]\nrate_hz = 21").contains("'gnss.rate_hz' is 21"));
-        assert!(message("[gnss]\nrate_hz = 2.5").contains(":2: 'rate_hz'"));
-        assert!(message("[gnss]\nassumed_antenna = 1").contains(":2: 'assumed_antenna'"));
+        assert!(message("[gnss]\nrate_hz = 2.5").contains(":2: 'gnss.rate_hz'"));
+        assert!(message("[gnss]\nassumed_antenna = 1").contains(":2: 'gnss.assumed_antenna'"));
     }
 
     /// Lever arm and delay that filters assume are the unit's, where the scenario gives them.

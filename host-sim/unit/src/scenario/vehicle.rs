@@ -224,7 +224,7 @@ mod tests {
         let message = |text: &str| load_text(text).unwrap_err().to_string();
         assert!(message("vehicle = 'boat'").contains(":1: 'vehicle'"));
         assert!(message("[ship]\nspeed_mps = 90").contains("'ship.speed_mps' is 90"));
-        assert!(message("[aircraft]\nbank = 9").contains(":2: 'bank'"));
+        assert!(message("[aircraft]\nbank = 9").contains(":2: 'aircraft.bank'"));
         let text = "vehicle = 'ship'\n[[test.segment]]\nduration_s = 200.0";
         assert!(message(text).contains("'test.segment' is given"));
         let text = "vehicle = 'ship'\n[gnss.multipath]\nin_streets = true";

@@ -91,9 +91,9 @@ mod tests {
     fn mistakes_are_named_by_key() {
         let message = |text: &str| load_text(text).unwrap_err().to_string();
         assert!(message("[ambient]\nday_k = 31").contains("'ambient.day_k' is 31"));
-        assert!(message("[ambient]\nday = 3").contains(":2: 'day'"));
+        assert!(message("[ambient]\nday = 3").contains(":2: 'ambient.day'"));
         assert!(message("[power]\nsoak_s = 9").contains("'power.soak_s' is given"));
-        assert!(message("[power]\nstart = 'tepid'").contains(":2: 'start'"));
+        assert!(message("[power]\nstart = 'tepid'").contains(":2: 'power.start'"));
         let step = "[[ambient.step]]\nat_s = 0\nduration_s = -1\nchange_k = 5";
         assert!(message(step).contains("'ambient.step[0].duration_s' is -1"));
         assert!(message("[power]\nage_days = nan").contains("'power.age_days' is NaN"));
