@@ -59,7 +59,7 @@ def arrays(**changes):
         (lambda: li.Network(np.zeros(62)), ValueError, ["weights: has shape (62,), not (63,)"]),
         (lambda: li.Network([0.1] * 3), ValueError, ["weights: is [0.1, 0.1, 0.1], not 63 numbers"]),
         (lambda: li.Unit.preset_text("x"), ValueError, ["there is no unit 'x'"]),
-        (lambda: li.Scenario("medium", network={"rule": "x"}), ValueError, ["'rule' unknown"]),
+        (lambda: li.Scenario("medium", network={"rule": "x"}), ValueError, ["'network.rule' unknown"]),
         (lambda: li.Scenario("medium", network={"passes": 0}), ValueError, ["network.passes"]),
         (lambda: li.Scenario("a.toml", vibration=1), ValueError, ["'a.toml' cannot be changed"]),
         (lambda: li.run_experiment("medum"), ValueError, ["did you mean 'medium'"]),
