@@ -9,6 +9,9 @@ use std::collections::BTreeSet;
 
 /// The scheme with which all others are compared in the first table.
 const BASELINE: &str = "ekf6";
+/// Of more than so many schemes only the pairs with these are printed.
+const READABLE: usize = 6;
+const AGAINST: [&str; 4] = ["uncorrected", BASELINE, "limit", "device"];
 
 /// Errors of each scheme in each group of errors, and the ratios of each scheme to each other.
 #[must_use]
@@ -23,7 +26,7 @@ pub fn tables(summary: &[Summary], ratios: &[Ratio], width: usize) -> String {
                 String::new()
             };
             format!(
-                "\n\npaired ratios over all groups of errors (row to column of that number, median of the runs)\
+                "\n\npaired ratios over all groups of errors (row to column, median of the runs; all pairs: --ratios)\
                  {several}\n\n{}",
                 fitted(of_all_groups(ratios, after), width, [])
             )
@@ -87,17 +90,19 @@ fn of_all_groups(ratios: &[Ratio], drives: u32) -> Table {
             schemes.push(&r.scheme);
         }
     }
-    let numbers: Vec<String> = (1..=schemes.len()).map(|k| k.to_string()).collect();
-    let columns = ["", ""].into_iter();
-    let mut table = empty(columns.chain(numbers.iter().map(String::as_str)));
-    for (number, scheme) in numbers.iter().zip(&schemes) {
+    let mut columns = schemes.clone();
+    if columns.len() > READABLE {
+        columns.retain(|scheme| AGAINST.contains(scheme));
+    }
+    let mut table = empty([""].into_iter().chain(columns.iter().copied()));
+    for scheme in &schemes {
         let cell = |baseline: &&str| {
             let pair = |r: &&&Ratio| r.scheme == *scheme && r.baseline == *baseline;
             let found = all.iter().find(pair);
             found.map_or("1".to_string(), |r| format!("{:.2}", r.ratio))
         };
-        let row = schemes.iter().map(cell);
-        table.add_row([number.clone(), named(scheme)].into_iter().chain(row));
+        let row = columns.iter().map(cell);
+        table.add_row([named(scheme)].into_iter().chain(row));
     }
     table
 }
