@@ -130,7 +130,7 @@ const PROMISES: &[Promise] = &[
     },
     Promise {
         page: YOUR_DATA,
-        sentence: "plain or gzipped, relative to the header",
+        sentence: "plain or packed (gzip, zstd), relative to the header",
         make: |dir| gzip(dir, "imu.csv", 1.0),
         args: CSV,
         printed: &["35\u{a0}999 samples, 361 fixes"],
@@ -182,7 +182,7 @@ const PROMISES: &[Promise] = &[
     },
     Promise {
         page: YOUR_DATA,
-        sentence: "seconds at rest from the first fix on, at least 90",
+        sentence: "seconds at rest from the first fix on, 90 s to a week",
         make: |dir| {
             text(dir, "header.toml", |old| {
                 let rest = old.lines().filter(|line| !line.starts_with("standstill_s"));
