@@ -13,7 +13,8 @@ use std::path::{Path, PathBuf};
 pub enum Error {
     /// The file is not there.
     #[error(
-        "{}: no such file; remedy: check the path: one on the command line is relative to the current directory, one in a file to that file",
+        "{}: no such file; remedy: check the path: one on the command line is relative to the current \
+         directory, one in a file to that file",
         .file.display()
     )]
     Missing {

@@ -38,7 +38,12 @@ pub struct Options {
     #[command(flatten)]
     pub simulated: SimulatedOptions,
     /// Address and port of the page
-    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8210", value_parser = address)]
+    #[arg(
+        long,
+        value_name = "ADDRESS:PORT",
+        default_value = "127.0.0.1:8210",
+        value_parser = address
+    )]
     pub listen: SocketAddr,
     /// Another name of this computer by which a browser may ask for the page
     #[arg(long, value_name = "NAME")]

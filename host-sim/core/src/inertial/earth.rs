@@ -61,7 +61,8 @@ impl Geodetic {
 }
 
 /// An angle in rad, wrapped to -pi .. pi. An angle within this range keeps its bits.
-pub(in crate::inertial) fn wrapped(angle: f64) -> f64 {
+#[must_use]
+pub fn wrapped(angle: f64) -> f64 {
     if angle.abs() <= PI {
         angle
     } else {

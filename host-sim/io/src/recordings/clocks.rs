@@ -1,6 +1,6 @@
 //! Why the clocks of two files differ: the differences that are known by name.
 
-use crate::recordings::WEEK_S;
+use crate::recordings::{DAY_S, WEEK_S};
 use host_core::words::{agrees, counted};
 
 /// GPS time less UTC, and TAI less GPS time, s.
@@ -14,7 +14,6 @@ const GPS_START_S: f64 = 315_964_800.0;
 /// A difference so near to a known one is that one, s.
 const NEAR_S: f64 = 0.45;
 const HOUR_S: f64 = 3600.0;
-const DAY_S: f64 = 86_400.0;
 /// Time zones lie so far from UTC at most, half hours.
 const ZONES: i32 = 28;
 

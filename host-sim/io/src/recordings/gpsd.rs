@@ -8,6 +8,7 @@
 //! Times are UTC, as text or in seconds since 1970. gpsd does not say with which certainty its
 //! errors are stated; they count as standard deviations.
 
+use crate::recordings::DAY_S;
 use crate::recordings::input::{Input, Progress};
 use crate::recordings::nowhere::{LeftOut, is_nowhere};
 use crate::recordings::record::{NOT_MEASURED, TimedFix};
@@ -306,7 +307,7 @@ fn unix(text: &str) -> Option<f64> {
     };
     let [hour, minute, second] = numbers(time, ':')?;
     let days = days(numbers(date, '-')?)?;
-    Some(days * 86_400.0 + hour * 3600.0 + minute * 60.0 + second)
+    Some(days * DAY_S + hour * 3600.0 + minute * 60.0 + second)
 }
 
 #[cfg(test)]

@@ -31,7 +31,8 @@ pub mod ulog;
 pub(crate) mod week;
 mod zstd;
 
-/// Seconds in a week.
+/// Seconds in a day, and in a week.
+pub(crate) const DAY_S: f64 = 86_400.0;
 pub(crate) const WEEK_S: f64 = 604_800.0;
 
 pub use input::Progress;

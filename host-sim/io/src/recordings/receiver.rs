@@ -10,11 +10,11 @@ mod message_counts;
 mod others;
 mod unread;
 
-use crate::recordings::WEEK_S;
 use crate::recordings::input::{Input, Progress};
 use crate::recordings::record::{NOT_MEASURED, Record, TimedFix};
 use crate::recordings::rtklib;
 use crate::recordings::stamped::{Fixes, Location};
+use crate::recordings::{DAY_S, WEEK_S};
 use firmware::fix::Fix;
 use firmware::wire::framer::LONGEST;
 use firmware::wire::receiver::ReceiverFormat;
@@ -29,7 +29,6 @@ use unread::Unread;
 /// A week and a day, ms.
 const WEEK_MS: i64 = 1000 * WEEK_S as i64;
 const DAY_MS: u32 = 86_400_000;
-const DAY_S: f64 = 86_400.0;
 /// Start of GPS time in UTC, s since 1970.
 const GPS_START_S: f64 = 315_964_800.0;
 /// GPS time minus UTC, since 2017, s.

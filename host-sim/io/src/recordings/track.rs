@@ -1,8 +1,7 @@
 //! Navigation states at uneven times, and interpolation between them.
 
-use host_core::inertial::earth::Geodetic;
+use host_core::inertial::earth::{Geodetic, wrapped};
 use host_core::inertial::sins::NavState;
-use std::f64::consts::PI;
 
 /// States at rising times, at least one.
 #[derive(Debug, Clone, Default)]
@@ -11,14 +10,6 @@ pub struct Track {
     states: Vec<NavState>,
     /// The states lack the attitude.
     flat: bool,
-}
-
-/// A difference of longitudes the short way round, rad.
-fn short(difference: f64) -> f64 {
-    match difference.abs() > PI {
-        true => difference - (2.0 * PI).copysign(difference),
-        false => difference,
-    }
 }
 
 impl Track {
@@ -73,7 +64,7 @@ impl Track {
         NavState {
             position: Geodetic {
                 lat: mix(a.position.lat, b.position.lat),
-                lon: a.position.lon + short(b.position.lon - a.position.lon) * share,
+                lon: a.position.lon + wrapped(b.position.lon - a.position.lon) * share,
                 h: mix(a.position.h, b.position.h),
             },
             velocity: a.velocity.lerp(&b.velocity, share),

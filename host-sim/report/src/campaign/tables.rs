@@ -26,7 +26,8 @@ pub fn tables(summary: &[Summary], ratios: &[Ratio], width: usize) -> String {
                 String::new()
             };
             format!(
-                "\n\npaired ratios over all groups of errors (row to column, median of the runs; all pairs: --ratios)\
+                "\n\npaired ratios over all groups of errors (row to column, median of the runs; \
+                 all pairs: --ratios)\
                  {several}\n\n{}",
                 fitted(of_all_groups(ratios, after), width, [])
             )

@@ -19,7 +19,12 @@ pub(super) struct Args {
     pub(super) simulate: bool,
     /// Address and port of its command link; the stream to the navigation computer is at the next
     /// port. Port 0 is any two that are free
-    #[arg(long, value_name = "ADDRESS:PORT", value_parser = address, default_value = "127.0.0.1:5557")]
+    #[arg(
+        long,
+        value_name = "ADDRESS:PORT",
+        value_parser = address,
+        default_value = "127.0.0.1:5557"
+    )]
     listen: SocketAddr,
     #[command(flatten)]
     simulated: SimulatedOptions,

@@ -53,7 +53,12 @@ pub struct Args {
     #[command(flatten)]
     json: JsonOption,
     /// Directory of the page and the weights
-    #[arg(long, value_name = "DIR", default_value = "out/report", value_parser = output_directory())]
+    #[arg(
+        long,
+        value_name = "DIR",
+        default_value = "out/report",
+        value_parser = output_directory()
+    )]
     out: PathBuf,
     /// Also print the page into this file, with Chromium, which must be installed
     #[arg(long, value_name = "FILE", value_parser = output_file())]

@@ -46,7 +46,7 @@ pub(super) fn doubt(evidence: &Evidence, expected: &Expected, says: &Says) -> Op
     let most = LEAST.max(SIGMAS * sigma.hypot(drift));
     (count >= COURSES && one_way && off.abs() > most).then(|| {
         let degrees = |angle: f64| (angle / DEG).round().rem_euclid(360.0);
-        let field = match says.file.extension().is_some_and(|e| e == "toml") {
+        let field = match says.is_header() {
             true => "start.heading_deg",
             false => "heading at the start",
         };

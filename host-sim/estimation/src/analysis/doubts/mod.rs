@@ -165,6 +165,13 @@ pub struct Says {
     pub fixes: FixFields,
 }
 
+impl Says {
+    /// Whether they are those of a header file, not of a command's options.
+    fn is_header(&self) -> bool {
+        self.file.extension().is_some_and(|end| end == "toml")
+    }
+}
+
 /// An offset of the clocks that the data contradict.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TimeDoubt {

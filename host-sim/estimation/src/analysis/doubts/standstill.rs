@@ -17,7 +17,7 @@ const LEAST_S: f64 = 90.0;
 
 /// The field of a standstill.
 pub(super) fn field(says: &Says) -> &'static str {
-    match says.file.extension().is_some_and(|e| e == "toml") {
+    match says.is_header() {
         true => "start.standstill_s",
         false => "--standstill-s",
     }

@@ -12,6 +12,7 @@ mod log;
 #[cfg(test)]
 mod tests;
 
+use crate::recordings::DAY_S;
 use crate::recordings::input::{Input, Progress};
 use crate::recordings::record::{Kind, NOT_MEASURED, TimedFix};
 use crate::recordings::rtklib;
@@ -26,8 +27,6 @@ use log::{Log, Measured};
 use nalgebra::Rotation3;
 use std::path::Path;
 
-/// Length of a day, s.
-const DAY_S: f64 = 86_400.0;
 /// One count of a gyro, rad/s.
 const GYRO: f64 = DEG / 4096.0;
 /// One count of an accelerometer, m/s2.
